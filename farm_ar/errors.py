@@ -1,0 +1,55 @@
+"""The errors a user meets: one line each, with the field, what would be right, and the value that came."""
+
+from collections.abc import Iterable
+
+LONGEST_VALUE = 120
+"""How much of a value an error shows, in characters."""
+
+
+class InputError(ValueError):
+    """A value from outside that cannot be used.
+
+    Args:
+        field: path of the field, as in `objects[3].size_whd`.
+        expected: what would be right, a phrase that begins with "must" or the like.
+        got: the value that came.
+        source: file or argument that held the field, if there is one.
+    """
+
+    def __init__(self, field: str, expected: str, got: object, source: str | None = None) -> None:
+        super().__init__(field, expected, got, source)
+        self.field, self.expected, self.got, self.source = field, expected, got, source
+
+    def __str__(self) -> str:
+        where = f"{self.source}: {self.field}" if self.source else self.field
+        got = repr(self.got)
+        shown = got if len(got) <= LONGEST_VALUE else f"{got[:LONGEST_VALUE]} ..."
+        return f"{where}: {self.expected}, got {shown}"
+
+
+class SceneError(InputError):
+    """A scene or a layout that cannot be used."""
+
+
+class SnapshotError(InputError):
+    """A snapshot, its camera or its detections that cannot be used."""
+
+
+class OptionError(InputError):
+    """An option with a value outside what it allows."""
+
+
+class MissingPackageError(ImportError):
+    """A package is needed that this installation does not have; says what to install."""
+
+
+def known_name(field: str, name: str, names: Iterable[str]) -> str:
+    """Return `name` if it is one of `names`.
+
+    Raises:
+        OptionError: it is not; the message lists those known.
+    """
+    known = sorted(names)
+    if name not in known:
+        raise OptionError(field, f"must be one of {', '.join(known)}", name)
+    return name
