@@ -1,0 +1,80 @@
+"""`farm-ar identify`: which detection is which label, for a scene and a snapshot of the user's own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def identify(
+    scene: Annotated[
+        str,
+        typer.Option(
+            metavar="FILE|NAME", help="What stood where: .json, .csv with --room, or a built-in scene's name."
+        ),
+    ],
+    snapshot: Annotated[
+        Path, typer.Option(metavar="FILE", help="What was seen: .json, or .csv with --camera.")
+    ],
+    room: Annotated[
+        str | None,
+        typer.Option(metavar="W,D", help="Width and depth of the room in metres; for a scene in CSV only."),
+    ] = None,
+    camera: Annotated[
+        str | None,
+        typer.Option(metavar="X,Z,YAW_DEG,FOV_DEG,RANGE_M", help="The camera; for a snapshot in CSV only."),
+    ] = None,
+    reid: Annotated[
+        str, typer.Option(metavar="RULE", help="spatial (the paper's), nearest, distance or last-known.")
+    ] = "spatial",
+    threshold: Annotated[
+        float | None,
+        typer.Option(
+            metavar="T",
+            help="Sites to consider: 0 for the camera's own only, to 1, the default, for all. (*)",
+        ),
+    ] = None,
+    weights: Annotated[
+        str | None,
+        typer.Option(metavar="WT,WR", help="Of translation and rotation; the scene's own by default. (*)"),
+    ] = None,
+    gate: Annotated[
+        bool | None,
+        typer.Option(
+            "--gate/--no-gate",
+            help="Whether labels keep to detections of their category; no-gate by default. (*)",
+        ),
+    ] = None,
+    solver: Annotated[str | None, typer.Option(metavar="NAME", help="lsap, the default, or mip. (*)")] = None,
+    plot: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw the answer, .svg or .png.")] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print the answer as JSON and nothing else.")
+    ] = False,
+) -> None:
+    """Say which detection is which label.
+
+    A CSV table has the columns id, category, x, z, yaw_deg, w, h, d, in metres and degrees.
+    Options marked (*) are those of the rule spatial.
+    """
+    from farm_ar.cli import output, reports
+    from farm_ar.cli.inputs import read_scene, read_snapshot
+    from farm_ar.cli.rules import make_rule
+
+    known, seen = read_scene(scene, room), read_snapshot(snapshot, camera)
+    found = make_rule(known, reid, threshold, weights, gate, solver).identify(seen)
+    if plot is not None:
+        from farm_ar.cli.pictures import picture_of_identification
+
+        picture_of_identification(known, seen, found, plot)
+    if as_json:
+        output.print_json(reports.as_values(seen, found))
+        return
+    output.print_table(
+        reports.DETECTION_COLUMNS, reports.detection_rows(seen, found), reports.DETECTION_NUMBERS
+    )
+    for line in reports.summarise(known, found):
+        output.print_line(line)
+    if plot is not None:
+        output.print_line(f"Wrote {plot}")

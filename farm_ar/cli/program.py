@@ -1,0 +1,51 @@
+"""The program `farm-ar`: its commands and what it is called."""
+
+from __future__ import annotations
+
+import io
+import sys
+from typing import Annotated
+
+import typer
+
+from farm_ar import __version__
+from farm_ar.cli.identify import identify
+from farm_ar.cli.mistakes import OneLineMistakes
+from farm_ar.cli.reproduce import reproduce
+from farm_ar.cli.scenes import app as scenes
+
+app = typer.Typer(
+    name="farm-ar",
+    cls=OneLineMistakes,
+    help="Which of these identical objects is which? Re-identification from one egocentric snapshot.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,  # plain text: Typer then needs no rich to print a help page
+    pretty_exceptions_enable=False,
+)
+app.add_typer(scenes, name="scenes")
+app.command()(identify)
+app.command()(reproduce)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"farm-ar {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def program(
+    version: Annotated[
+        bool, typer.Option("--version", help="Print the version.", callback=_print_version, is_eager=True)
+    ] = False,
+) -> None:
+    """Take the options that stand before a command; the help page's text is the program's own."""
+
+
+def main() -> None:
+    """Run the program on the arguments of the process, and end the process."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a sign that the encoding lacks is no reason to fail
+    app(prog_name="farm-ar")

@@ -1,0 +1,99 @@
+"""What is said about scenes and identifications, in words for people and in values for programs."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from farm_ar.reid import Identification
+from farm_ar.scenes import BUILTIN, Scene, Snapshot, builtin_scene
+from farm_ar.scenes.builtin import DESCRIPTIONS
+
+SCENE_COLUMNS = ("name", "what it is", "room", "area", "sites", "categories", "objects", "path")
+SCENE_NUMBERS = ("room", "area", "sites", "categories", "objects", "path")
+
+DETECTION_COLUMNS = ("detection", "category", "x", "z", "yaw_deg", "label", "cost")
+DETECTION_NUMBERS = ("x", "z", "yaw_deg", "cost")
+
+
+def scene_rows() -> Iterator[tuple[str, ...]]:
+    """A row of `SCENE_COLUMNS` for each built-in scene."""
+    for name in BUILTIN:
+        scene = builtin_scene(name)
+        yield (
+            name,
+            re.split("[:,.]| with ", DESCRIPTIONS[name])[0],  # the counts beside it say the rest
+            _room(scene),
+            f"{scene.area:.4g} m²",
+            str(len(scene.sites)),
+            str(len(scene.layout.categories)),
+            str(len(scene.layout)),
+            "none" if scene.camera_path is None else f"{scene.camera_path.length:.1f} m",
+        )
+
+
+def describe(scene: Scene) -> str:
+    """A scene in a few words: how large it is and what is in it."""
+    objects = f"{_count(len(scene.layout), 'object')} of {_count(len(scene.layout.categories), 'category')}"
+    path = "no camera path"
+    if scene.camera_path is not None:
+        path = f"a camera path of {scene.camera_path.length:.1f} m"
+    return f"{_room(scene)}, {objects}, {_count(len(scene.sites), 'site')}, {path}"
+
+
+def detection_rows(snapshot: Snapshot, found: Identification) -> Iterator[tuple[str, ...]]:
+    """A row of `DETECTION_COLUMNS` for each detection."""
+    seen = snapshot.detections
+    for i, label in enumerate(found.labels):
+        x, z = seen.position[i]
+        yaw_deg = np.rad2deg(seen.yaw[i])
+        yield (
+            seen.ids[i],
+            seen.category[i] or "not known",
+            f"{x:z.2f}",
+            f"{z:z.2f}",
+            f"{yaw_deg:z.1f}",
+            "none" if label is None else label,
+            "none" if label is None else f"{found.cost[i]:.4f}",
+        )
+
+
+def summarise(scene: Scene, found: Identification) -> Iterator[str]:
+    """What the table of detections leaves out, a line each."""
+    number = sum(label is not None for label in found.labels)
+    yield f"Identified: {number} of {_count(len(found.labels), 'detection')}, total cost {found.total:.4f}"
+    considered = f"Candidates: {len(found.candidates)} of {_count(len(scene.layout), 'label')}"
+    if not found.sites:
+        yield f"{considered}, nothing pruned"
+    else:
+        near = f"{len(found.sites)} of {_count(len(scene.sites), 'site')} ({', '.join(found.sites)})"
+        yield f"{considered}, from {near}"
+    if found.widened:
+        yield "Widened: the threshold left fewer labels than detections, so further sites were added"
+
+
+def as_values(snapshot: Snapshot, found: Identification) -> dict[str, Any]:
+    """An identification as JSON values; null where a detection stays unidentified."""
+    return {
+        "ids": list(snapshot.detections.ids),
+        "labels": list(found.labels),
+        "costs": [None if np.isnan(cost) else cost for cost in found.cost.tolist()],
+        "total": found.total,
+        "candidates": list(found.candidates),
+        "sites": list(found.sites),
+        "widened": bool(found.widened),
+        "solve_time_s": float(found.solve_time),
+    }
+
+
+def _room(scene: Scene) -> str:
+    width, depth = scene.size
+    return f"{width:g}x{depth:g} m"
+
+
+def _count(number: int, noun: str) -> str:
+    plural = f"{noun[:-1]}ies" if noun.endswith("y") else f"{noun}s"
+    return f"{number} {noun if number == 1 else plural}"

@@ -1,0 +1,98 @@
+"""`farm-ar scenes`: what is built in, what a scene looks like, and whether a file is one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(no_args_is_help=True, help="List, draw and check scenes.")
+
+NameOrFile = Annotated[
+    str,
+    typer.Argument(
+        metavar="NAME|FILE", help="A built-in scene, or a scene file (.json, or .csv with --room)."
+    ),
+]
+Room = Annotated[
+    str | None,
+    typer.Option(metavar="W,D", help="Width and depth of the room in metres; for a scene in CSV only."),
+]
+
+
+@app.command("list")
+def list_scenes() -> None:
+    """List the built-in scenes."""
+    from farm_ar.cli.output import print_table
+    from farm_ar.cli.reports import SCENE_COLUMNS, SCENE_NUMBERS, scene_rows
+
+    print_table(SCENE_COLUMNS, scene_rows(), SCENE_NUMBERS)
+
+
+@app.command()
+def show(
+    scene: NameOrFile,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="The picture, .svg or .png; NAME.svg in this folder by default."),
+    ] = None,
+    camera: Annotated[
+        str | None, typer.Option(metavar="X,Z,YAW_DEG", help="Draw what a camera here has in view.")
+    ] = None,
+    room: Room = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Instead of drawing, print the scene as a scene file.")
+    ] = False,
+    snapshot: Annotated[
+        bool,
+        typer.Option("--snapshot", help="Instead of drawing, print what --camera sees as a snapshot file."),
+    ] = False,
+) -> None:
+    """Draw a scene from above.
+
+    The picture has the objects with heading and label, the sites with their cells, the camera's path and,
+    with --camera, what is in view.
+    """
+    from farm_ar.cli.inputs import camera_pose, need, read_scene, refuse
+    from farm_ar.cli.output import print_json, print_line
+    from farm_ar.scenes import observe, scene_to_dict, snapshot_to_dict
+
+    what = read_scene(scene, room)
+    if as_json:
+        refuse({"--out": out, "--camera": camera, "--snapshot": snapshot or None}.items(), "with --json")
+        print_json(scene_to_dict(what))
+    elif snapshot:
+        refuse([("--out", out)], "with --snapshot")
+        viewer = camera_pose(need("--camera", camera, "with --snapshot, as x,z,yaw_deg"), what.fov)
+        print_json(snapshot_to_dict(observe(what.layout, viewer)[0]))
+    else:
+        from farm_ar.cli.pictures import picture_of_scene
+        from farm_ar.cli.reports import describe
+
+        path = out or Path(f"{Path(scene).stem}.svg")
+        picture_of_scene(what, None if camera is None else camera_pose(camera, what.fov), path)
+        print_line(f"{what.name}: {describe(what)}")
+        print_line(f"Wrote {path}")
+
+
+@app.command()
+def validate(
+    file: Annotated[str, typer.Argument(metavar="FILE", help="A scene file (.json, or .csv with --room).")],
+    room: Room = None,
+) -> None:
+    """Check a scene file, and say what is wrong with it."""
+    from farm_ar.cli.inputs import read_scene_file
+    from farm_ar.cli.output import print_line
+    from farm_ar.cli.reports import describe
+
+    print_line(f"{file}: a valid scene: {describe(read_scene_file(file, room))}")
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON Schema of scene files."""
+    from farm_ar.cli.output import print_json
+    from farm_ar.scenes import scene_schema
+
+    print_json(scene_schema())

@@ -1,0 +1,140 @@
+"""An identification seen from above: what the camera saw, and which label each of it was given."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import FancyArrowPatch
+
+from farm_ar.arrays import FloatArray
+from farm_ar.drawing.cameras import draw_view, pieces
+from farm_ar.drawing.footprints import (
+    areas,
+    draw_filled,
+    draw_headings,
+    draw_legend,
+    draw_outlines,
+    with_heading,
+)
+from farm_ar.drawing.palette import FAINT, FAINTEST, INK, RIGHT, SMALL, WRONG, category_fills
+from farm_ar.drawing.pictures import margin, widen
+from farm_ar.drawing.scenes import draw_room, object_tags
+from farm_ar.drawing.tags import Obstacle, Tag, add_tags
+from farm_ar.errors import SnapshotError
+from farm_ar.geometry import footprint_corners
+from farm_ar.reid import Identification
+from farm_ar.scenes import Detections, Scene, Snapshot
+
+_REFERENCE_SIZE = 5.5
+_GROUND = -1e6
+"""Level of the reference layout: below every detection."""
+
+
+def draw_identification(
+    axes: Axes,
+    scene: Scene,
+    snapshot: Snapshot,
+    identification: Identification,
+    truth: Sequence[str | None] | None = None,
+    *,
+    reference_labels: bool = True,
+    legend: bool = True,
+) -> None:
+    """Draw what the camera sees in colour, with the labels given, over the reference layout in grey.
+
+    A thin arrow runs from where a label was to the detection that it was given to. Tags are green when right,
+    red with the true label in brackets when wrong, black where the truth is not known; "?" is no label.
+
+    Args:
+        axes: as `new_picture` or `set_up_axes` makes them. What lies outside the room widens them.
+        scene: the reference layout and its room.
+        snapshot: the camera and its N detections.
+        identification: the answer for them.
+        truth: N labels that the detections really are, None for false ones; by default it is not known.
+        reference_labels: whether the reference layout is named.
+        legend: whether categories are explained beside the axes, where there is more than one.
+
+    Raises:
+        SnapshotError: there is not one label, and if the truth is known one true label, per detection.
+    """
+    seen = snapshot.detections
+    _check_count("identification", identification.labels, len(seen))
+    if truth is not None:
+        _check_count("truth", truth, len(seen))
+    draw_room(axes, scene, cells=False)
+    corners = footprint_corners(seen.position, seen.yaw, seen.size)
+    widen(axes, np.vstack([snapshot.camera.position, *corners]), margin(scene.size))
+    draw_view(axes, snapshot.camera, scene.size)
+    draw_outlines(axes, scene.layout.position, scene.layout.yaw, scene.layout.size, FAINTEST)
+    fills = category_fills((*scene.layout.categories, *(name for name in seen.category if name is not None)))
+    draw_filled(axes, seen.position, seen.yaw, seen.size, seen.category, fills)
+    draw_headings(axes, seen.position, seen.yaw, seen.size, with_heading(seen.category, scene.symmetry))
+    tags = _verdict_tags(seen, identification.labels, truth)
+    obstacles = _draw_moves(axes, scene, seen, tags, identification.labels)
+    if reference_labels:
+        tags += object_tags(scene.layout, FAINT, _REFERENCE_SIZE, _GROUND)
+    add_tags(axes, tags, obstacles)
+    if legend:
+        draw_legend(axes, fills, set(seen.category))
+
+
+def _verdict_tags(
+    seen: Detections, labels: Sequence[str | None], truth: Sequence[str | None] | None
+) -> list[Tag]:
+    """A tag beside each detection that says what it was taken for."""
+    tags = []
+    corners = footprint_corners(seen.position, seen.yaw, seen.size)
+    for i, area in enumerate(areas(seen.size)):
+        text, color = _verdict(labels[i], truth, i)
+        tags.append(Tag(text, corners[i], color, SMALL, boxed=True, level=-float(area)))
+    return tags
+
+
+def _verdict(label: str | None, truth: Sequence[str | None] | None, i: int) -> tuple[str, str]:
+    """What the tag of a detection says, and its colour."""
+    given = "?" if label is None else label
+    if truth is None:
+        return given, INK
+    if label == truth[i]:
+        return given, RIGHT
+    return f"{given} ({'none' if truth[i] is None else truth[i]})", WRONG
+
+
+def _draw_moves(
+    axes: Axes, scene: Scene, seen: Detections, tags: Sequence[Tag], labels: Sequence[str | None]
+) -> list[Obstacle]:
+    """An arrow to each detection from where its label was, as coloured as its tag; what tags should avoid."""
+    obstacles = []
+    before = dict(zip(scene.layout.labels, scene.layout.position, strict=True))
+    for label, after, tag in zip(labels, seen.position, tags, strict=True):
+        if label is not None and label in before:
+            obstacles += _draw_move(axes, before[label], after, tag.color)
+    return obstacles
+
+
+def _draw_move(axes: Axes, before: FloatArray, after: FloatArray, color: str) -> list[Obstacle]:
+    """A ring at one place (2,), and an arrow from it to another (2,), metres."""
+    arrow = FancyArrowPatch(
+        (before[0], before[1]),
+        (after[0], after[1]),
+        arrowstyle="-|>",
+        mutation_scale=5.0,
+        shrinkA=0.0,
+        shrinkB=0.0,
+        color=color,
+        linewidth=0.7,
+        zorder=4.3,
+    )
+    axes.add_patch(arrow)
+    axes.plot(
+        *before, "o", color=color, markerfacecolor="white", markersize=2.6, markeredgewidth=0.6, zorder=4.4
+    )
+    line = before + np.linspace(0.0, 1.0, 7)[:, None] * (after - before)
+    return [Obstacle(before[None], level=np.inf), *pieces(line, step=1, level=np.inf)]
+
+
+def _check_count(field: str, values: Sequence[str | None], count: int) -> None:
+    if len(values) != count:
+        raise SnapshotError(field, f"must have {count} labels, one per detection", len(values))

@@ -1,0 +1,128 @@
+"""The page: a figure with one room on it, seen from above, and writing it to a file."""
+
+from __future__ import annotations
+
+import io
+import os
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from farm_ar.arrays import FloatArray
+from farm_ar.drawing.palette import FAINT, INK, SMALL
+from farm_ar.errors import OptionError
+
+_METADATA: dict[str, dict[str, str | None]] = {
+    ".svg": {"Date": None, "Creator": None},
+    ".png": {"Software": None},
+}
+"""What is kept out of a file by its suffix, so that it depends on nothing but the picture."""
+
+_SETTINGS: dict[Any, Any] = {"svg.hashsalt": "farm-ar", "svg.fonttype": "path"}
+"""Ids that do not change, and letters as outlines, which look the same where the font is missing."""
+
+_PNG_DOTS_PER_INCH = 200
+_MARGIN = 0.035
+
+
+def new_picture(room_size: tuple[float, float], width_in: float = 6.0) -> tuple[Figure, Axes]:
+    """A figure whose axes hold one room, x to the right and z up the page.
+
+    Args:
+        room_size: width and depth of the room, metres.
+        width_in: width of the axes, inches; a legend and the axis labels come on top of it.
+    """
+    figure = Figure(figsize=(width_in, width_in), dpi=100, facecolor="white")
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    set_up_axes(axes, room_size)
+    return figure, axes
+
+
+def set_up_axes(axes: Axes, room_size: tuple[float, float]) -> None:
+    """Make axes those of a room [0, w] x [0, d]: in metres, with equal scales and a margin around it."""
+    axes.set_aspect("equal")
+    for side in ("top", "right", "left", "bottom"):
+        axes.spines[side].set_visible(False)
+    axes.tick_params(length=2.5, width=0.5, color=FAINT, labelcolor=INK, labelsize=SMALL)
+    for axis, name in ((axes.xaxis, "x"), (axes.yaxis, "z")):
+        axis.set_major_locator(MaxNLocator(8, steps=[1, 2, 5, 10]))
+        axis.set_label_text(f"{name} (m)", fontsize=SMALL, color=INK)
+    axes.set_xlim(0.0, room_size[0])
+    axes.set_ylim(0.0, room_size[1])
+    widen(axes, np.array([(0.0, 0.0), room_size]), margin(room_size))
+
+
+def margin(room_size: tuple[float, float]) -> float:
+    """Free space that is left around what a picture must show, metres."""
+    return _MARGIN * max(room_size)
+
+
+def widen(axes: Axes, points: FloatArray, margin_m: float) -> None:
+    """Widen the limits of axes until points lie inside; never narrow them.
+
+    Axes that fill their figure keep their width: the figure's height follows.
+
+    Args:
+        axes: with equal scales.
+        points: (P, 2) points, metres; there may be none.
+        margin_m: free space to leave around them, metres.
+    """
+    if len(points):
+        low, high = points.min(axis=0) - margin_m, points.max(axis=0) + margin_m
+        left, right = axes.get_xlim()
+        bottom, top = axes.get_ylim()
+        axes.set_xlim(min(left, low[0]), max(right, high[0]))
+        axes.set_ylim(min(bottom, low[1]), max(top, high[1]))
+    figure = axes.figure
+    if isinstance(figure, Figure) and axes.get_position(original=True).bounds == (0, 0, 1, 1):
+        width, height = np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim())
+        figure.set_figheight(float(figure.get_figwidth() * height / width))
+
+
+def save_picture(figure: Figure, path: str | os.PathLike[str]) -> None:
+    """Write a figure as SVG or PNG, by the suffix.
+
+    The file is written whole or not at all, and its bytes depend on nothing but the figure.
+
+    Args:
+        figure: cropped to what is drawn, a legend beside the axes included.
+        path: ends in .svg or .png. Folders that are missing are made.
+
+    Raises:
+        OptionError: the suffix is another.
+    """
+    target = Path(path)
+    suffix = target.suffix.lower()
+    if suffix not in _METADATA:
+        raise OptionError("path", f"must end in {' or '.join(_METADATA)}", str(path))
+    contents = io.BytesIO()
+    with mpl.rc_context(_SETTINGS):
+        figure.savefig(
+            contents,
+            format=suffix[1:],
+            dpi=_PNG_DOTS_PER_INCH,
+            bbox_inches="tight",
+            pad_inches=0.06,
+            metadata=_METADATA[suffix],
+        )
+    _write_whole(target, contents.getvalue())
+
+
+def _write_whole(target: Path, contents: bytes) -> None:
+    """Write a file under a temporary name beside its own, then rename it."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    handle, temporary = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(contents)
+        Path(temporary).chmod(0o644)
+        Path(temporary).replace(target)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise

@@ -1,0 +1,5 @@
+"""The paper's experiments, run again, with its numbers beside ours."""
+
+from farm_ar.experiments.reproduce import EXPERIMENTS, reproduce
+
+__all__ = ["EXPERIMENTS", "reproduce"]

@@ -1,0 +1,112 @@
+"""Running the paper's experiments: one report each, and a summary of all."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from farm_ar.errors import known_name
+from farm_ar.experiments.ablation import fig7, table2
+from farm_ar.experiments.noise_sweep import fig5
+from farm_ar.experiments.overview import table1
+from farm_ar.experiments.pruning import fig9, table3
+from farm_ar.experiments.report import Report
+from farm_ar.experiments.setting import Setting, load_scenes
+from farm_ar.scenes.fields import write_text
+
+EXPERIMENTS: dict[str, Callable[[Setting], Report]] = {
+    "table1": table1,
+    "table2": table2,
+    "table3": table3,
+    "fig5": fig5,
+    "fig7": fig7,
+    "fig9": fig9,
+}
+"""The experiments by name."""
+
+QUICK_LAYOUTS, LAYOUTS = 5, 20
+
+
+def reproduce(
+    what: str = "all",
+    scenes: Path | None = None,
+    out: Path = Path("out"),
+    layouts: int | None = None,
+    workers: int = 2,
+    seed: int = 0,
+    quick: bool = False,
+    console: Console | None = None,
+) -> list[Report]:
+    """Run one of the paper's experiments or all, and write their files and `summary.md`.
+
+    Args:
+        what: a name in `EXPERIMENTS`, or "all".
+        scenes: folder with L1.json to H2.json to use in place of the built-in scenes.
+        out: folder for the files; made if need be.
+        layouts: noisy layouts for each noise level; 20 by default, 5 if quick.
+        workers: threads; the results do not depend on it.
+        seed: where all randomness comes from.
+        quick: fewer layouts and rotation noises.
+        console: where progress and the summary are shown.
+
+    Raises:
+        OptionError: an option is out of its limits.
+        SceneError: a scene file is missing or cannot be used.
+    """
+    names = list(EXPERIMENTS) if what == "all" else [known_name("what", what, EXPERIMENTS)]
+    console = console or Console()
+    number = layouts if layouts is not None else QUICK_LAYOUTS if quick else LAYOUTS
+    setting = Setting(load_scenes(scenes), number, seed, workers, quick)
+    begin = time.perf_counter()
+    reports = _run(names, setting, console, out)
+    origin = f"the scenes of `{scenes.name}`" if scenes else "the built-in scenes"
+    text = _summary(reports, origin, setting)
+    write_text(out / "summary.md", text)
+    _show(reports, console)
+    console.print(f"Done in {time.perf_counter() - begin:.0f} s. Pictures, tables and summary.md: {out}/")
+    return reports
+
+
+def _run(names: Sequence[str], setting: Setting, console: Console, out: Path) -> list[Report]:
+    columns = (TextColumn("{task.description:<8}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
+    reports = []
+    with Progress(*columns, console=console) as progress:
+        for name in names:
+            task = progress.add_task(name, total=1.0)
+
+            def advance(share: float, task: object = task) -> None:
+                progress.update(task, completed=share)  # type: ignore[arg-type]
+
+            report = EXPERIMENTS[name](replace(setting, advance=advance))
+            report.write(out)
+            progress.update(task, completed=1.0)
+            reports.append(report)
+    return reports
+
+
+def _summary(reports: Sequence[Report], origin: str, setting: Setting) -> str:
+    form = ", the quick form" if setting.quick else ""
+    how = f"On {origin}, seed {setting.seed}, {setting.layouts} noisy layouts per noise level{form}."
+    paper = "The paper is Yu et al., doi:10.1007/s10055-025-01305-y."
+    head = ["# The paper's experiments, run again", "", how, paper, ""]
+    return "\n".join(head + [report.markdown() for report in reports])
+
+
+def _show(reports: Sequence[Report], console: Console) -> None:
+    for report in reports:
+        console.print(f"\n{report.title}", style="bold", highlight=False, markup=False)
+        table = Table()
+        for column in ("", "paper", "ours", "spread"):
+            table.add_column(column, overflow="fold")
+        for c in report.comparisons:
+            table.add_row(c.what, c.paper, c.ours, c.spread)
+        console.print(table)
+        if report.note:
+            console.print(report.note, style="dim", highlight=False, markup=False)
+    console.print()

@@ -1,0 +1,86 @@
+"""What the paper's rule has to beat: simpler rules with the same face."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from farm_ar.errors import OptionError, SceneError
+from farm_ar.reid.categories import codes_of, declared_codes
+from farm_ar.reid.costs import translation_cost
+from farm_ar.reid.identification import Identification
+from farm_ar.reid.spatial import SpatialOptions, SpatialReid
+from farm_ar.scenes import Scene, Snapshot, Weights
+
+
+class NearestReid:
+    """Each detection is the label that stood nearest, even if another detection is that label too.
+
+    Raises:
+        SceneError: the scene has no labels.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        if not len(scene.layout):
+            raise SceneError("objects", "must be at least one", len(scene.layout))
+        self.scene = scene
+        self._declared = declared_codes(scene.layout)
+
+    def identify(self, snapshot: Snapshot) -> Identification:
+        """The label of each detection; a label may be given twice. Costs are those of Eq. 4.
+
+        Raises:
+            SnapshotError: a detection's category is not one of the scene's.
+        """
+        layout, seen = self.scene.layout, snapshot.detections
+        codes_of(seen.category, self._declared)
+        cost = translation_cost(seen.position, layout.position, self.scene.diagonal)
+        nearest = cost.argmin(axis=1)
+        labels = tuple(layout.labels[j] for j in nearest)
+        return Identification(labels, cost[np.arange(len(seen)), nearest], layout.labels)
+
+
+class DistanceReid(SpatialReid):
+    """Each detection gets a label of its own so that the distances sum to the least; nothing else counts.
+
+    Costs are those of Eq. 4.
+
+    Args:
+        scene: the reference layout.
+        rng: with it, equally good assignments are chosen among at random.
+
+    Raises:
+        SceneError: the scene has no labels.
+    """
+
+    def __init__(self, scene: Scene, rng: np.random.Generator | None = None) -> None:
+        super().__init__(scene, SpatialOptions(terms=("translation",), weights=Weights(1.0, 0.0)), rng)
+
+
+class LastKnownReid:
+    """No re-identification: what stands where a label was last known is that label, the rest is nothing.
+
+    Args:
+        scene: the reference layout.
+        tolerance_m: how far from its place a label still counts as being there, metres.
+
+    Raises:
+        SceneError: the scene has no labels.
+        OptionError: the tolerance is negative.
+    """
+
+    def __init__(self, scene: Scene, tolerance_m: float = 0.01) -> None:
+        if not tolerance_m >= 0:
+            raise OptionError("tolerance_m", "must not be negative", tolerance_m)
+        self.tolerance_m = tolerance_m
+        self._nearest = NearestReid(scene)
+
+    def identify(self, snapshot: Snapshot) -> Identification:
+        """The label of each detection that stands where that label was; None for the others.
+
+        Raises:
+            SnapshotError: a detection's category is not one of the scene's.
+        """
+        found = self._nearest.identify(snapshot)
+        near = found.cost * self._nearest.scene.diagonal <= self.tolerance_m
+        labels = tuple(label if kept else None for label, kept in zip(found.labels, near, strict=True))
+        return Identification(labels, np.where(near, found.cost, np.nan), found.candidates)

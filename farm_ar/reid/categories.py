@@ -1,0 +1,62 @@
+"""Categories as codes: those that detections have must be those that the scene declares, or not known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from farm_ar.arrays import BoolArray, IntArray, first_wrong
+from farm_ar.errors import SnapshotError
+from farm_ar.scenes import UNKNOWN, Layout, SnapshotBatch
+
+CategoryCodes = Mapping[str | None, int]
+"""From each category that a scene declares to its index, and from None to `UNKNOWN`."""
+
+
+def declared_codes(layout: Layout) -> CategoryCodes:
+    """The code of each category of a layout: its index in `layout.categories`."""
+    return {None: UNKNOWN} | {name: code for code, name in enumerate(layout.categories)}
+
+
+def codes_of(categories: tuple[str | None, ...], declared: CategoryCodes) -> list[int]:
+    """The code of the category of each detection.
+
+    Raises:
+        SnapshotError: a category is not declared.
+    """
+    try:
+        return [declared[name] for name in categories]
+    except KeyError as problem:
+        name = problem.args[0]
+        raise _undeclared(f"detections[{categories.index(name)}]", name, declared) from None
+
+
+def batch_codes(batch: SnapshotBatch, exists: BoolArray, declared: CategoryCodes) -> IntArray:
+    """The code of the category of each detection of a batch.
+
+    Args:
+        batch: B snapshots of up to K detections.
+        exists: (B, K) which of these there are.
+        declared: the codes.
+
+    Returns:
+        (B, K) codes, `UNKNOWN` where there is no detection.
+
+    Raises:
+        SnapshotError: a category that occurs is not declared.
+    """
+    undeclared = UNKNOWN - 1
+    # The last entry is the one that UNKNOWN, -1, picks.
+    code = np.array([*(declared.get(name, undeclared) for name in batch.categories), UNKNOWN])
+    codes: IntArray = code[np.where(exists, batch.category, UNKNOWN)]
+    where = first_wrong(codes != undeclared)
+    if where is not None:
+        name = batch.categories[batch.category[where]]
+        raise _undeclared(f"snapshots[{where[0]}].detections[{where[1]}]", name, declared)
+    return codes
+
+
+def _undeclared(where: str, category: str, declared: CategoryCodes) -> SnapshotError:
+    known = ", ".join(name for name in declared if name is not None)
+    return SnapshotError(f"{where}.category", f"must be null or one of {known}", category)

@@ -1,0 +1,80 @@
+"""The costs of giving a label to a detection: the paper's Eqs. 4 to 7."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from farm_ar.arrays import FloatArray
+
+
+def translation_cost(
+    detected_position: FloatArray, label_position: FloatArray, diagonal: float
+) -> FloatArray:
+    """Cost of moving each label to each detection: the distance by the room's diagonal. Paper, Eq. 4.
+
+    Args:
+        detected_position: (..., N, 2) positions of the detections, metres.
+        label_position: (..., M, 2) positions of the labels in the reference layout, metres.
+        diagonal: `l`, the diagonal of the room, metres.
+
+    Returns:
+        (..., N, M) costs.
+    """
+    dx = detected_position[..., :, None, 0] - label_position[..., None, :, 0]
+    dz = detected_position[..., :, None, 1] - label_position[..., None, :, 1]
+    return np.sqrt(dx * dx + dz * dz) / diagonal
+
+
+def rotation_cost(detected_yaw: FloatArray, label_yaw: FloatArray) -> FloatArray:
+    """Cost of turning each label to each detection, 0 (same heading) to 1 (opposite).
+
+    Symmetric about 180 degrees, so the difference needs no wrapping. Paper, Eq. 5.
+
+    Args:
+        detected_yaw: (..., N) headings of the detections, radians.
+        label_yaw: (..., M) headings of the labels in the reference layout, radians.
+
+    Returns:
+        (..., N, M) costs.
+    """
+    half = (detected_yaw[..., :, None] - label_yaw[..., None, :]) / 2
+    return np.abs(np.sin(half))
+
+
+def dimension_cost(detected_size: FloatArray, label_size: FloatArray) -> FloatArray:
+    """Cost of the sizes' difference, 1 where they agree: the product of the sides' ratios. Paper, Eq. 6.
+
+    The sides are paired so that the product is smallest, since a pose estimate may have its axes swapped. The
+    logarithm of the product is a sum of absolute differences, which is smallest when both are sorted.
+
+    Args:
+        detected_size: (..., N, 3) sides of the detections, metres.
+        label_size: (..., M, 3) sides of the labels, metres.
+
+    Returns:
+        (..., N, M) costs, at least 1.
+    """
+    return dimension_cost_of_sides(sorted_log_sides(detected_size), sorted_log_sides(label_size))
+
+
+def sorted_log_sides(size: FloatArray) -> FloatArray:
+    """(..., 3) natural logarithms of the sides in metres, smallest first."""
+    return np.sort(np.log(size), axis=-1)
+
+
+def dimension_cost_of_sides(detected_sides: FloatArray, label_sides: FloatArray) -> FloatArray:
+    """`dimension_cost` of what `sorted_log_sides` has made: (..., N, 3) and (..., M, 3) to (..., N, M)."""
+    difference = np.abs(detected_sides[..., :, None, :] - label_sides[..., None, :, :])
+    cost: FloatArray = np.exp(difference[..., 0] + difference[..., 1] + difference[..., 2])
+    return cost
+
+
+def total_cost(
+    translation: FloatArray,
+    rotation: FloatArray,
+    dimension: FloatArray,
+    translation_weight: float,
+    rotation_weight: float,
+) -> FloatArray:
+    """Cost of giving each label to each detection, (..., N, M): C_d (w_t C_t + w_r C_r). Paper, Eq. 7."""
+    return dimension * (translation_weight * translation + rotation_weight * rotation)

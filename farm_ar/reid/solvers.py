@@ -1,0 +1,115 @@
+"""Solving the assignment of labels to detections (paper, Eqs. 8 and 9): several solvers, one optimum."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from farm_ar.arrays import FloatArray, IntArray
+from farm_ar.errors import MissingPackageError, OptionError, known_name
+
+UNASSIGNED = -1
+"""The column of a row that gets none."""
+
+Solver = Callable[[FloatArray], IntArray]
+"""From (N, M) costs, infinite where a label is not allowed, to the (N,) column of each row or `UNASSIGNED`.
+
+As many rows as possible get a column of their own; among such assignments the sum of the costs is smallest.
+"""
+
+
+def solve_assignment(
+    cost: FloatArray, solver: str = "lsap", rng: np.random.Generator | None = None
+) -> IntArray:
+    """Give each detection a label of its own so that the costs sum to the least.
+
+    Args:
+        cost: (N, M) costs, infinite where a label is not allowed.
+        solver: a name in `SOLVERS`.
+        rng: with it, ties are broken at random rather than by position.
+
+    Returns:
+        (N,) label of each detection; `UNASSIGNED` where none is left for it.
+
+    Raises:
+        OptionError: the solver is not known.
+    """
+    solve = SOLVERS.get(solver) or SOLVERS[known_name("solver", solver, SOLVERS)]
+    if not cost.size:
+        return np.full(len(cost), UNASSIGNED, dtype=np.int64)
+    if rng is None:
+        return solve(cost)
+    rows, columns = rng.permutation(cost.shape[0]), rng.permutation(cost.shape[1])
+    found = solve(cost[np.ix_(rows, columns)])
+    result = np.full(len(cost), UNASSIGNED, dtype=np.int64)
+    result[rows] = np.where(found == UNASSIGNED, UNASSIGNED, columns[found])
+    return result
+
+
+def solve_lsap(cost: FloatArray) -> IntArray:
+    """The linear sum assignment of SciPy, a shortest augmenting path method."""
+    try:
+        rows, columns = linear_sum_assignment(cost)
+    except ValueError:  # not every row, or if they are fewer every column, can be given one that is allowed
+        allowed = np.isfinite(cost)
+        filled = np.where(allowed, cost, _prohibitive(cost[allowed], min(cost.shape)))
+        rows, columns = linear_sum_assignment(filled)
+        columns = np.where(allowed[rows, columns], columns, UNASSIGNED)
+    if len(rows) == len(cost):
+        return columns.astype(np.int64, copy=False)
+    result = np.full(len(cost), UNASSIGNED, dtype=np.int64)
+    result[rows] = columns
+    return result
+
+
+def solve_mip(cost: FloatArray) -> IntArray:
+    """The paper's binary programme as written, by OR-Tools' SCIP.
+
+    Where not every row can have a column, Eq. 8 has no solution; each row then may stay empty, at a cost
+    that no assignment is worth.
+
+    Raises:
+        MissingPackageError: OR-Tools is not installed, or comes without SCIP.
+    """
+    try:
+        from ortools.linear_solver import pywraplp
+    except ImportError as problem:  # pragma: no cover - it is a core dependency
+        raise MissingPackageError("solver mip needs ortools: pip install ortools") from problem
+    programme = pywraplp.Solver.CreateSolver("SCIP")
+    if programme is None:  # pragma: no cover - the published wheels hold SCIP
+        raise MissingPackageError("solver mip needs an ortools with SCIP: pip install ortools")
+    n, m = cost.shape
+    allowed = np.isfinite(cost)
+    assigned = {(i, j): programme.BoolVar("") for i, j in np.argwhere(allowed).tolist()}
+    objective = sum(float(cost[key]) * variable for key, variable in assigned.items())
+    empty = []
+    if n > m or not allowed.all():
+        empty = [programme.BoolVar("") for _ in range(n)]
+        objective += sum(_prohibitive(cost[allowed], min(n, m)) * variable for variable in empty)
+    for i in range(n):
+        row = [assigned[i, j] for j in range(m) if allowed[i, j]]
+        programme.Add(sum(row) + (empty[i] if empty else 0) == 1)
+    for j in range(m):
+        programme.Add(sum(assigned[i, j] for i in range(n) if allowed[i, j]) <= 1)
+    programme.Minimize(objective)
+    if programme.Solve() != pywraplp.Solver.OPTIMAL:  # pragma: no cover - always feasible and bounded
+        raise OptionError("cost", "must give a programme that SCIP solves", cost.tolist())
+    result = np.full(n, UNASSIGNED, dtype=np.int64)
+    for (i, j), variable in assigned.items():
+        if variable.solution_value() > 0.5:
+            result[i] = j
+    return result
+
+
+SOLVERS: dict[str, Solver] = {"lsap": solve_lsap, "mip": solve_mip}
+"""The solvers by name."""
+
+
+def _prohibitive(allowed_costs: FloatArray, most_assigned: int) -> float:
+    """A cost so high that one more assignment is always worth it, whatever the others then cost."""
+    if not allowed_costs.size:
+        return 1.0
+    spread = float(allowed_costs.max() - allowed_costs.min())
+    return float(allowed_costs.max()) + (most_assigned + 1) * (spread + 1.0)

@@ -1,0 +1,255 @@
+"""The paper's rule: identities from where things stand, how they are turned and how large they are."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from farm_ar.arrays import BoolArray, FloatArray, IntArray, read_only
+from farm_ar.errors import OptionError, SceneError, known_name
+from farm_ar.geometry import world_box
+from farm_ar.reid.categories import batch_codes, codes_of, declared_codes
+from farm_ar.reid.costs import (
+    dimension_cost_of_sides,
+    rotation_cost,
+    sorted_log_sides,
+    total_cost,
+    translation_cost,
+)
+from farm_ar.reid.identification import Identification, IdentificationBatch
+from farm_ar.reid.pruning import sites_by_probability
+from farm_ar.reid.solvers import SOLVERS, UNASSIGNED, solve_assignment
+from farm_ar.scenes import UNKNOWN, Detections, Scene, Snapshot, SnapshotBatch, Weights
+
+Box = Literal["local", "world"]
+Term = Literal["translation", "rotation", "dimension"]
+TERMS: tuple[Term, ...] = ("translation", "rotation", "dimension")
+
+_NO_DIMENSION_COST: FloatArray = np.ones((1, 1))
+
+
+@dataclass(frozen=True)
+class SpatialOptions:
+    """How the paper's rule is applied.
+
+    Args:
+        threshold: of the sites' cumulative probability, 0 (the camera's own site) to 1 (all, the default).
+        weights: of translation and rotation; "scene" for the scene's own, which is the paper's formula where
+            it has none; "paper" for the formula, 0.36 sqrt(area) and 1, in any case.
+        terms: the cost terms that count.
+        gate_categories: whether a detection can only be a label of its own category.
+        box: "local" compares sizes before turning, as the paper's text says; "world" compares boxes along the
+            world's axes with one template per category, as its published program does.
+        solver: a name in `SOLVERS`.
+
+    Raises:
+        OptionError: a value is out of its limits.
+    """
+
+    threshold: float = 1.0
+    weights: Weights | Literal["scene", "paper"] = "scene"
+    terms: tuple[Term, ...] = TERMS
+    gate_categories: bool = False
+    box: Box = "local"
+    solver: str = "lsap"
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.threshold <= 1:
+            raise OptionError("threshold", "must be from 0 to 1", self.threshold)
+        if not isinstance(self.weights, Weights):
+            known_name("weights", self.weights, ("scene", "paper"))
+        for term in self.terms:
+            known_name("terms", term, TERMS)
+        known_name("box", self.box, ("local", "world"))
+        known_name("solver", self.solver, SOLVERS)
+
+
+class SpatialReid:
+    """The paper's rule for one scene (section 3.2).
+
+    Args:
+        scene: the reference layout and its room.
+        options: how the rule is applied.
+        rng: with it, equally good assignments are chosen among at random.
+
+    Raises:
+        SceneError: the scene has no labels.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        options: SpatialOptions | None = None,
+        rng: np.random.Generator | None = None,
+    ) -> None:
+        if not len(scene.layout):
+            raise SceneError("objects", "must be at least one", len(scene.layout))
+        self.scene = scene
+        self.options = options or SpatialOptions()
+        self._rng = rng
+        given, terms, layout = self.options.weights, self.options.terms, scene.layout
+        if given == "paper":
+            given = Weights.of_area(scene.area)
+        self.weights = given if isinstance(given, Weights) else scene.cost_weights
+        self._translation_weight = self.weights.translation if "translation" in terms else 0.0
+        self._rotation_weight = self.weights.rotation if "rotation" in terms else 0.0
+        self._world = self.options.box == "world"
+        one_template = self._world and len(layout.categories) == 1
+        self._compares_sizes = "dimension" in terms and not one_template
+        self._prunes = self.options.threshold < 1 and len(scene.sites) > 1
+        sides = sorted_log_sides(_template_boxes(scene) if self._world else layout.size)
+        # Few labels differ in size, so the dimension cost is computed once for each size, or "kind".
+        self._kind_sides, kind = np.unique(sides, axis=0, return_inverse=True)
+        self._kind: IntArray = kind.reshape(-1)
+        self._declared = declared_codes(layout)
+        self._diagonal = scene.diagonal
+
+    def identify(self, snapshot: Snapshot) -> Identification:
+        """The label of each detection.
+
+        More detections than labels leave the surplus unidentified, whichever costs least.
+
+        Raises:
+            SnapshotError: a detection's category is not one of the scene's.
+        """
+        seen = snapshot.detections
+        category = codes_of(seen.category, self._declared)
+        candidates, sites, widened = self._candidates(snapshot.camera.position, category)
+        cost = self.cost_matrix(seen, candidates)
+        if self.options.gate_categories:
+            cost[self._forbidden(category, candidates)] = np.inf
+        begin = time.perf_counter()
+        column = solve_assignment(cost, self.options.solver, self._rng)
+        solve_time = time.perf_counter() - begin
+        names = self.scene.layout.labels
+        if candidates is not None:
+            names = tuple([names[j] for j in candidates.tolist()])
+        labels = tuple([None if j == UNASSIGNED else names[j] for j in column.tolist()])
+        given = cost[np.arange(len(seen)), column]
+        given[column == UNASSIGNED] = np.nan
+        return Identification(labels, given, names, sites, widened, solve_time)
+
+    def cost_matrix(self, detections: Detections, candidates: IntArray | None = None) -> FloatArray:
+        """(N, M) cost of each candidate label for each detection (Eq. 7); all labels by default."""
+        layout = self.scene.layout
+        position, yaw, kind = layout.position, layout.yaw, self._kind
+        if candidates is not None:
+            position, yaw, kind = position[candidates], yaw[candidates], kind[candidates]
+        dimension = _NO_DIMENSION_COST
+        if self._compares_sizes:
+            sides = self._detected_sides(detections.size, detections.yaw)
+            dimension = dimension_cost_of_sides(sides, self._kind_sides)[:, kind]
+        return total_cost(
+            translation_cost(detections.position, position, self._diagonal),
+            rotation_cost(detections.yaw, yaw),
+            dimension,
+            self._translation_weight,
+            self._rotation_weight,
+        )
+
+    def identify_many(self, batch: SnapshotBatch) -> IdentificationBatch:
+        """The labels of the detections of many snapshots, by one compiled kernel.
+
+        The answers are those of `identify`, whatever its solver; of several optimal ones it may be another.
+
+        Raises:
+            SnapshotError: a detection's category is not one of the scene's.
+        """
+        from farm_ar.reid.kernels import Answer, Known, Rule, Seen, identify_batch
+
+        layout, shape = self.scene.layout, batch.yaw.shape
+        exists = np.arange(shape[1]) < batch.count[:, None]
+        detection_order, label_order = np.arange(shape[1])[None], np.arange(len(layout))[None]
+        if self._rng is not None:
+            detection_order = np.argsort(np.where(exists, self._rng.random(shape), 1.0), axis=1)
+            label_order = self._rng.permuted(np.tile(label_order, (len(batch), 1)), axis=1)
+        size, yaw = np.where(exists[..., None], batch.size, 1.0), np.where(exists, batch.yaw, 0.0)
+        seen = Seen(
+            number=batch.count,
+            camera=batch.camera.position,
+            position=batch.position,
+            yaw=batch.yaw,
+            sides=read_only(self._detected_sides(size, yaw), np.float64),
+            category=read_only(batch_codes(batch, exists, self._declared), np.int64),
+            order=read_only(detection_order, np.int64),
+        )
+        known = Known(
+            position=layout.position,
+            yaw=layout.yaw,
+            category=read_only(layout.category_code, np.int64),
+            kind=read_only(self._kind, np.int64),
+            sides=read_only(self._kind_sides, np.float64),
+            site=read_only(self.scene.object_site, np.int64),
+            sites=self.scene.site_positions,
+            order=read_only(label_order, np.int64),
+        )
+        rule = Rule(
+            translation_weight=self._translation_weight / self._diagonal,
+            rotation_weight=float(self._rotation_weight),
+            compare_sizes=self._compares_sizes,
+            gate=self.options.gate_categories,
+            threshold=float(self.options.threshold),
+        )
+        answer = Answer(
+            label=np.empty(shape, dtype=np.int64),
+            cost=np.empty(shape),
+            candidates=np.empty(len(batch), dtype=np.int64),
+            widened=np.empty(len(batch), dtype=np.bool_),
+        )
+        identify_batch(seen, known, rule, answer)
+        return IdentificationBatch(layout.labels, *answer)
+
+    def _candidates(
+        self, camera_position: FloatArray, category: list[int]
+    ) -> tuple[IntArray | None, tuple[str, ...], bool]:
+        """Candidate labels (None for all), the sites they are of, and whether sites had to be added."""
+        if not self._prunes:
+            return None, (), False
+        sites = self.scene.sites
+        order, kept_at_threshold = sites_by_probability(
+            camera_position, self.scene.site_positions, self.options.threshold
+        )
+        site_rank = np.argsort(order)[self.scene.object_site]
+        kept = wanted = int(kept_at_threshold)
+        while kept < len(sites) and not self._enough(category, site_rank < kept):
+            kept += 1
+        names = tuple([sites[s].name for s in order[:kept].tolist()])
+        (candidates,) = (site_rank < kept).nonzero()
+        return candidates, names, kept > wanted
+
+    def _enough(self, detected: list[int], offered: BoolArray) -> bool:
+        """Whether each detection, by category code, can have a label of its own of those offered, (M,)."""
+        if len(detected) > np.count_nonzero(offered):
+            return False
+        if not self.options.gate_categories:
+            return True
+        codes = self.scene.layout.category_code[offered].tolist()
+        return all(detected.count(code) <= codes.count(code) for code in set(detected) - {UNKNOWN})
+
+    def _forbidden(self, category: list[int], candidates: IntArray | None) -> BoolArray:
+        """(N, M) whether the categories are known and differ."""
+        offered = self.scene.layout.category_code
+        if candidates is not None:
+            offered = offered[candidates]
+        detected = np.array(category, dtype=np.int64)[:, None]
+        forbidden: BoolArray = (detected != UNKNOWN) & (detected != offered)
+        return forbidden
+
+    def _detected_sides(self, size: FloatArray, yaw: FloatArray) -> FloatArray:
+        return sorted_log_sides(world_box(size, yaw) if self._world else size)
+
+
+def _template_boxes(scene: Scene) -> FloatArray:
+    """(M, 3) box along the world's axes of the template of each label's category.
+
+    A category without a template has its first object for one.
+    """
+    layout = scene.layout
+    boxes = {t.category: world_box(np.array(t.size), np.array(t.yaw)) for t in scene.templates}
+    for i, name in enumerate(layout.category):
+        if name not in boxes:
+            boxes[name] = world_box(layout.size[i], layout.yaw[i])
+    return np.array([boxes[name] for name in layout.category])

@@ -1,0 +1,151 @@
+"""A layout: labelled objects with category, pose and size."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from farm_ar.arrays import BoolArray, FloatArray, IntArray, Record, first_wrong, read_only
+from farm_ar.errors import SceneError
+
+
+@dataclass(frozen=True, eq=False)
+class Layout(Record):
+    """What stood where: N labelled objects, in one arrangement or in a batch of them.
+
+    Labels, categories and sizes belong to the objects and are shared by the whole batch; only the
+    poses carry the batch dimensions.
+
+    Args:
+        labels: N distinct, non-empty names.
+        category: N non-empty categories; objects of one category look alike.
+        position: (..., N, 2) pivots as (x, z), metres.
+        yaw: (..., N) headings, radians.
+        size: (N, 3) width, height, depth, metres, positive.
+        elevation: (N,) heights of the pivots above the floor, metres; 0 by default.
+        fixed: (N,) objects that never move; none by default.
+
+    Raises:
+        SceneError: a label is empty or repeated, a category is empty, a pose is not finite, a size is not
+            positive, or the shapes do not agree.
+    """
+
+    labels: tuple[str, ...]
+    category: tuple[str, ...]
+    position: FloatArray
+    yaw: FloatArray
+    size: FloatArray
+    elevation: FloatArray = None  # type: ignore[assignment]  # filled in below
+    fixed: BoolArray = None  # type: ignore[assignment]
+
+    def __post_init__(self) -> None:
+        n = len(self.labels)
+        elevation = np.zeros(n) if self.elevation is None else self.elevation
+        fixed = np.zeros(n, dtype=bool) if self.fixed is None else self.fixed
+        values = {
+            "labels": tuple(self.labels),
+            "category": tuple(self.category),
+            "position": read_only(self.position, np.float64, empty=(0, 2)),
+            "yaw": read_only(self.yaw, np.float64),
+            "size": read_only(self.size, np.float64, empty=(0, 3)),
+            "elevation": read_only(elevation, np.float64),
+            "fixed": read_only(fixed, np.bool_),
+        }
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+        self._check_shapes()
+        self._check_names()
+        self._check_values()
+
+    def _check_shapes(self) -> None:
+        n = len(self.labels)
+        if len(self.category) != n:
+            raise SceneError("category", f"must have one entry per label ({n})", len(self.category))
+        shapes = {"size": (n, 3), "elevation": (n,), "fixed": (n,)}
+        for name, shape in shapes.items():
+            got = getattr(self, name).shape
+            if got != shape:
+                raise SceneError(name, f"must have shape {shape}", got)
+        if self.yaw.shape[-1:] != (n,) or self.position.shape != (*self.yaw.shape, 2):
+            shapes_got = (self.position.shape, self.yaw.shape)
+            raise SceneError("position, yaw", f"must have shapes (..., {n}, 2) and (..., {n})", shapes_got)
+
+    def _check_names(self) -> None:
+        for name in ("labels", "category"):
+            for i, value in enumerate(getattr(self, name)):
+                if not isinstance(value, str) or not value:
+                    raise SceneError(f"{name}[{i}]", "must be a non-empty string", value)
+        seen: set[str] = set()
+        for i, label in enumerate(self.labels):
+            if label in seen:
+                raise SceneError(f"labels[{i}]", "must not repeat an earlier label", label)
+            seen.add(label)
+
+    def _check_values(self) -> None:
+        for name in ("position", "yaw", "elevation"):
+            self._require(name, np.isfinite(getattr(self, name)), "must be finite")
+        self._require("size", np.isfinite(self.size) & (self.size > 0), "must be positive metres")
+
+    def _require(self, name: str, right: BoolArray, expected: str) -> None:
+        where = first_wrong(right)
+        if where is not None:
+            raise SceneError(f"{name}{list(where)}", expected, float(getattr(self, name)[where]))
+
+    def __len__(self) -> int:
+        return len(self.labels)
+
+    @property
+    def batch_shape(self) -> tuple[int, ...]:
+        """Shape of the batch of arrangements; () for a single one."""
+        return self.yaw.shape[:-1]
+
+    @cached_property
+    def categories(self) -> tuple[str, ...]:
+        """The distinct categories, sorted."""
+        return tuple(sorted(set(self.category)))
+
+    @cached_property
+    def category_code(self) -> IntArray:
+        """(N,) index of each object's category in `categories`."""
+        code = {name: i for i, name in enumerate(self.categories)}
+        return read_only([code[name] for name in self.category], np.int64)
+
+    @cached_property
+    def movable(self) -> BoolArray:
+        """(N,) objects that can be moved."""
+        return read_only(~self.fixed, np.bool_)
+
+    def index(self, label: str) -> int:
+        """Index of a label.
+
+        Raises:
+            SceneError: no object has it.
+        """
+        try:
+            return self.labels.index(label)
+        except ValueError:
+            raise SceneError("label", f"must be one of {', '.join(self.labels)}", label) from None
+
+    def with_poses(self, position: npt.ArrayLike, yaw: npt.ArrayLike) -> Layout:
+        """The same objects in other poses: position (..., N, 2), yaw (..., N)."""
+        return replace(
+            self, position=np.asarray(position, dtype=np.float64), yaw=np.asarray(yaw, dtype=np.float64)
+        )
+
+    def subset(self, indices: Sequence[int] | IntArray | BoolArray) -> Layout:
+        """The objects at `indices`, in that order, or those where a mask of N is true."""
+        wanted = np.asarray(indices)
+        chosen = np.arange(len(self))[wanted if wanted.size else wanted.astype(np.int64)]
+        return Layout(
+            labels=tuple(self.labels[i] for i in chosen),
+            category=tuple(self.category[i] for i in chosen),
+            position=self.position[..., chosen, :],
+            yaw=self.yaw[..., chosen],
+            size=self.size[chosen],
+            elevation=self.elevation[chosen],
+            fixed=self.fixed[chosen],
+        )

@@ -1,0 +1,188 @@
+"""A scene: a room, the reference layout in it, the Voronoi sites, and how a camera sees and moves there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from types import MappingProxyType
+
+import numpy as np
+
+from farm_ar.arrays import FloatArray, IntArray, Record, read_only
+from farm_ar.errors import SceneError
+from farm_ar.geometry import nearest_site
+from farm_ar.scenes.camera import PAPER_FIELD_OF_VIEW, CameraPath, FieldOfView
+from farm_ar.scenes.layout import Layout
+
+
+@dataclass(frozen=True)
+class Site:
+    """The centre of a Voronoi cell: its name and where it is, metres. It may lie outside the room."""
+
+    name: str
+    x: float
+    z: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "x", float(self.x))
+        object.__setattr__(self, "z", float(self.z))
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Weights of the translation and rotation costs, w_t and w_r; neither negative.
+
+    Raises:
+        SceneError: one of them is negative or not finite.
+    """
+
+    translation: float
+    rotation: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name in ("translation", "rotation"):
+            value = float(getattr(self, name))
+            if not 0 <= value < np.inf:
+                raise SceneError(f"weights.{name}", "must be a number not below 0", value)
+            object.__setattr__(self, name, value)
+
+    @classmethod
+    def of_area(cls, area: float) -> Weights:
+        """The paper's weights for a room of `area` square metres: 0.36 sqrt(area) and 1 (section 4.1.1)."""
+        return cls(0.36 * float(np.sqrt(area)), 1.0)
+
+
+@dataclass(frozen=True)
+class Template:
+    """The example of a category that detections are compared with under `box="world"`.
+
+    Args:
+        category: the category it stands for.
+        yaw: heading of the example, radians.
+        size: its width, height and depth, metres.
+
+    Raises:
+        SceneError: the heading is not finite, or the size is not 3 positive numbers.
+    """
+
+    category: str
+    yaw: float
+    size: tuple[float, float, float]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "yaw", float(self.yaw))
+        object.__setattr__(self, "size", tuple(float(side) for side in self.size))
+        if not np.isfinite(self.yaw):
+            raise SceneError("template.yaw", "must be finite", self.yaw)
+        if len(self.size) != 3 or not all(0 < side < np.inf for side in self.size):
+            raise SceneError("template.size", "must be 3 positive numbers in metres", self.size)
+
+
+@dataclass(frozen=True, eq=False)
+class Scene(Record):
+    """A room [0, width] x [0, depth] with what the headset last knew of it.
+
+    Args:
+        name: its name.
+        size: width (x) and depth (z) of the room, metres.
+        layout: the reference layout.
+        sites: centres of the Voronoi cells, distinct; none means that nothing is ever pruned.
+        camera_path: where the camera wanders, if anywhere.
+        fov: what the camera sees.
+        camera_speed: speed along the path, metres a second.
+        weights: of the costs; None for the paper's formula.
+        templates: at most one per category, for `box="world"`.
+        symmetry: period in radians, 0 to 2 pi, of the categories that look the same when turned by it; 0 for
+            those that look the same however they are turned.
+
+    Raises:
+        SceneError: a value is out of its limits, or two sites share a name or a place.
+    """
+
+    name: str
+    size: tuple[float, float]
+    layout: Layout
+    sites: tuple[Site, ...] = ()
+    camera_path: CameraPath | None = None
+    fov: FieldOfView = PAPER_FIELD_OF_VIEW
+    camera_speed: float = 1.0
+    weights: Weights | None = None
+    templates: tuple[Template, ...] = ()
+    symmetry: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "size", tuple(float(side) for side in self.size))
+        object.__setattr__(self, "sites", tuple(self.sites))
+        object.__setattr__(self, "camera_speed", float(self.camera_speed))
+        object.__setattr__(self, "templates", tuple(self.templates))
+        object.__setattr__(self, "symmetry", MappingProxyType(dict(self.symmetry)))
+        if not isinstance(self.name, str) or not self.name:
+            raise SceneError("name", "must be a non-empty string", self.name)
+        if len(self.size) != 2 or not all(0 < side < np.inf for side in self.size):
+            raise SceneError("size_m", "must be 2 positive numbers in metres", list(self.size))
+        if self.layout.batch_shape:
+            raise SceneError("layout", "must be a single arrangement", self.layout.batch_shape)
+        if not 0 < self.camera_speed < np.inf:
+            raise SceneError("camera.speed_m_s", "must be a positive number", self.camera_speed)
+        self._check_sites()
+        self._check_categories()
+
+    def _check_sites(self) -> None:
+        names: set[str] = set()
+        places: set[tuple[float, float]] = set()
+        for i, site in enumerate(self.sites):
+            place = (site.x, site.z)
+            if not isinstance(site.name, str) or not site.name:
+                raise SceneError(f"sites[{i}].name", "must be a non-empty string", site.name)
+            if not np.isfinite(place).all():
+                raise SceneError(f"sites[{i}]", "must have a finite x and z", place)
+            if site.name in names:
+                raise SceneError(f"sites[{i}].name", "must not repeat an earlier site's", site.name)
+            if place in places:
+                raise SceneError(f"sites[{i}]", "must not stand where an earlier site does", place)
+            names.add(site.name)
+            places.add(place)
+
+    def _check_categories(self) -> None:
+        seen: set[str] = set()
+        for i, template in enumerate(self.templates):
+            if template.category in seen:
+                expected = "must not repeat an earlier template's"
+                raise SceneError(f"templates[{i}].category", expected, template.category)
+            seen.add(template.category)
+        for category, period in self.symmetry.items():
+            if not 0 <= period <= 2 * np.pi:
+                expected = "must be an angle from 0 to 360 degrees"
+                raise SceneError(f"symmetry[{category!r}]", expected, period)
+
+    def __repr__(self) -> str:
+        (width, depth), n, k = self.size, len(self.layout), len(self.sites)
+        return f"Scene({self.name!r}, {width:g} x {depth:g} m, {n} objects, {k} sites)"
+
+    @property
+    def area(self) -> float:
+        """Area of the room, square metres."""
+        return self.size[0] * self.size[1]
+
+    @property
+    def diagonal(self) -> float:
+        """Diagonal of the room, metres: the `l` of Eq. 4."""
+        return float(np.hypot(*self.size))
+
+    @cached_property
+    def site_positions(self) -> FloatArray:
+        """(K, 2) centres of the sites."""
+        return read_only(np.reshape([(site.x, site.z) for site in self.sites], (-1, 2)), np.float64)
+
+    @cached_property
+    def object_site(self) -> IntArray:
+        """(N,) index of the site in whose cell each object stands; all 0 where there are no sites."""
+        if not self.sites:
+            return np.zeros(len(self.layout), dtype=np.int64)
+        return nearest_site(self.layout.position, self.site_positions)
+
+    @property
+    def cost_weights(self) -> Weights:
+        """The scene's own weights, or the paper's formula where it has none."""
+        return self.weights or Weights.of_area(self.area)

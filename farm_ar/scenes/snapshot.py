@@ -1,0 +1,239 @@
+"""A snapshot: one camera and what it detected, without identities; and many of them as arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from farm_ar.arrays import BoolArray, FloatArray, IntArray, Record, first_wrong, read_only
+from farm_ar.errors import SnapshotError
+from farm_ar.scenes.camera import Camera
+
+UNKNOWN = -1
+"""Code of a category that is not known, and index of a label that is none."""
+
+
+@dataclass(frozen=True, eq=False)
+class Detections(Record):
+    """N objects that were seen, without identity.
+
+    Args:
+        category: N non-empty categories; None where it is not known.
+        position: (N, 2) pivots as (x, z), metres.
+        yaw: (N,) headings, radians.
+        size: (N, 3) width, height, depth, metres, positive.
+        elevation: (N,) heights of the pivots above the floor, metres; 0 by default.
+        confidence: (N,) how sure the detector is, 0 to 1; 1 by default.
+        ids: N names of the detections, distinct and not empty; "0", "1", ... by default.
+
+    Raises:
+        SnapshotError: a pose is not finite, a size is not positive, a category or an id is empty, an id is
+            repeated, or the shapes do not agree.
+    """
+
+    category: tuple[str | None, ...]
+    position: FloatArray
+    yaw: FloatArray
+    size: FloatArray
+    elevation: FloatArray = None  # type: ignore[assignment]  # filled in below
+    confidence: FloatArray = None  # type: ignore[assignment]
+    ids: tuple[str, ...] = None  # type: ignore[assignment]
+
+    def __post_init__(self) -> None:
+        n = len(self.category)
+        object.__setattr__(self, "category", tuple(self.category))
+        ids = tuple(str(i) for i in range(n)) if self.ids is None else tuple(self.ids)
+        object.__setattr__(self, "ids", ids)
+        self._check_names()
+        shapes = {"position": (n, 2), "yaw": (n,), "size": (n, 3), "elevation": (n,), "confidence": (n,)}
+        defaults = {"elevation": 0.0, "confidence": 1.0}
+        for name, shape in shapes.items():
+            value = getattr(self, name)
+            if value is None and name in defaults:
+                value = np.full(shape, defaults[name])
+            array = read_only(value, np.float64, empty=(0, *shape[1:]))
+            if array.shape != shape:
+                raise SnapshotError(f"detections.{name}", f"must have shape {shape}", array.shape)
+            object.__setattr__(self, name, array)
+            self._require(name, np.isfinite(array), "must be finite")
+        self._require("size", self.size > 0, "must be positive metres")
+        self._require("confidence", (self.confidence >= 0) & (self.confidence <= 1), "must be from 0 to 1")
+
+    def _check_names(self) -> None:
+        for i, category in enumerate(self.category):
+            if category is not None and not (isinstance(category, str) and category):
+                raise SnapshotError(f"detections[{i}].category", "must be a category or None", category)
+        n, ids = len(self.category), self.ids
+        if len(set(ids)) != n or len(ids) != n or not all(isinstance(one, str) and one for one in ids):
+            raise SnapshotError("detections.id", f"must be {n} different names", list(ids))
+
+    def _require(self, name: str, right: BoolArray, expected: str) -> None:
+        where = first_wrong(right)
+        if where is not None:
+            got = getattr(self, name)[where[0]].tolist()
+            raise SnapshotError(f"detections[{where[0]}].{name}", expected, got)
+
+    def __len__(self) -> int:
+        return len(self.category)
+
+
+@dataclass(frozen=True, eq=False)
+class Snapshot(Record):
+    """One camera and its detections.
+
+    Raises:
+        SnapshotError: the camera is a batch of cameras.
+    """
+
+    camera: Camera
+    detections: Detections
+
+    def __post_init__(self) -> None:
+        if self.camera.batch_shape:
+            raise SnapshotError("camera", "must be a single camera", self.camera.batch_shape)
+
+
+@dataclass(frozen=True, eq=False)
+class SnapshotBatch(Record):
+    """B snapshots as arrays, each padded to the K detections of the fullest.
+
+    Only the first `count[b]` detections of row b exist; what stands beyond them means nothing.
+
+    Args:
+        camera: a batch of B cameras.
+        count: (B,) detections in each.
+        categories: names that `category` indexes.
+        category: (B, K) codes into `categories`, `UNKNOWN` where not known.
+        position: (B, K, 2) metres.
+        yaw: (B, K) radians.
+        size: (B, K, 3) metres.
+        elevation: (B, K) metres.
+        truth: (B, K) index of the label that each detection really is, `UNKNOWN` for a false one; None
+            where it is not known.
+
+    Raises:
+        SnapshotError: a pose that exists is not finite, a size is not positive, a code or a count is out of
+            its limits, or the shapes do not agree.
+    """
+
+    camera: Camera
+    count: IntArray
+    categories: tuple[str, ...]
+    category: IntArray
+    position: FloatArray
+    yaw: FloatArray
+    size: FloatArray
+    elevation: FloatArray
+    truth: IntArray | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "categories", tuple(self.categories))
+        if len(self.camera.batch_shape) != 1:
+            raise SnapshotError("camera", "must be a batch of shape (B,)", self.camera.batch_shape)
+        row = (len(self.camera.yaw), *np.shape(self.category)[-1:])
+        shapes = {"category": row, "position": (*row, 2), "yaw": row, "size": (*row, 3), "elevation": row}
+        shapes |= {"count": row[:1]} | ({} if self.truth is None else {"truth": row})
+        whole = ("category", "count", "truth")
+        for name, shape in shapes.items():
+            array = read_only(getattr(self, name), np.int64 if name in whole else np.float64)
+            if array.shape != shape:
+                raise SnapshotError(name, f"must have shape {shape}", array.shape)
+            object.__setattr__(self, name, array)
+        self._check_values()
+
+    def _check_values(self) -> None:
+        detections = self.category.shape[1]
+        right = (self.count >= 0) & (self.count <= detections)
+        self._require("count", right, f"must be from 0 to {detections}")
+        padding = np.arange(detections) >= self.count[:, None]
+        right = (self.category >= UNKNOWN) & (self.category < len(self.categories))
+        self._require("category", right, f"must be from {UNKNOWN} to {len(self.categories) - 1}")
+        if self.truth is not None:
+            self._require("truth", self.truth >= UNKNOWN, "must be the index of a label or UNKNOWN")
+        for name in ("yaw", "elevation"):
+            self._require(name, np.isfinite(getattr(self, name)) | padding, "must be finite")
+        self._require("position", np.isfinite(self.position) | padding[..., None], "must be finite")
+        right = np.isfinite(self.size) & (self.size > 0)
+        self._require("size", right | padding[..., None], "must be positive metres")
+
+    def _require(self, name: str, right: BoolArray, expected: str) -> None:
+        where = first_wrong(right)
+        if where is not None:
+            raise SnapshotError(f"{name}{list(where)}", expected, getattr(self, name)[where].item())
+
+    def __len__(self) -> int:
+        return len(self.count)
+
+    def snapshot(self, index: int) -> Snapshot:
+        """One of the snapshots, its detections with default ids and confidence."""
+        n = int(self.count[index])
+        codes = self.category[index, :n]
+        detections = Detections(
+            category=tuple(None if code == UNKNOWN else self.categories[code] for code in codes),
+            position=self.position[index, :n],
+            yaw=self.yaw[index, :n],
+            size=self.size[index, :n],
+            elevation=self.elevation[index, :n],
+        )
+        return Snapshot(self.camera.at(index), detections)
+
+    def true_labels(self, index: int, labels: Sequence[str]) -> tuple[str | None, ...]:
+        """The names, out of `labels`, of what was really seen in one snapshot; None for a false detection.
+
+        Raises:
+            SnapshotError: the truth is not known.
+        """
+        if self.truth is None:
+            raise SnapshotError("truth", "must be known", None)
+        row = self.truth[index, : self.count[index]]
+        return tuple(None if label == UNKNOWN else labels[label] for label in row)
+
+    @classmethod
+    def stack(cls, snapshots: Sequence[Snapshot]) -> SnapshotBatch:
+        """Snapshots as a batch, without their ids and confidence.
+
+        Raises:
+            SnapshotError: there are none, or their cameras differ in field of view, or in whether their
+                height is known.
+        """
+        if not snapshots:
+            raise SnapshotError("snapshots", "must be at least one", len(snapshots))
+        seen = [snapshot.detections for snapshot in snapshots]
+        categories = tuple(sorted({name for one in seen for name in one.category if name is not None}))
+        codes = {name: i for i, name in enumerate(categories)} | {None: UNKNOWN}
+        count = np.array([len(one) for one in seen], dtype=np.int64)
+        shape = (len(seen), int(count.max()))
+        category = np.full(shape, UNKNOWN, dtype=np.int64)
+        poses = {
+            "position": np.zeros((*shape, 2)),
+            "yaw": np.zeros(shape),
+            "size": np.ones((*shape, 3)),
+            "elevation": np.zeros(shape),
+        }
+        for b, one in enumerate(seen):
+            category[b, : len(one)] = [codes[name] for name in one.category]
+            for name, array in poses.items():
+                array[b, : len(one)] = getattr(one, name)
+        camera = _stack_cameras([snapshot.camera for snapshot in snapshots])
+        return cls(camera, count, categories, category, truth=None, **poses)
+
+
+def _stack_cameras(cameras: Sequence[Camera]) -> Camera:
+    fov = cameras[0].fov
+    heights = [camera.height for camera in cameras if camera.height is not None]
+    for b, camera in enumerate(cameras):
+        if camera.fov != fov:
+            raise SnapshotError(f"snapshots[{b}].camera.fov", f"must be the first one's, {fov}", camera.fov)
+    if heights and len(heights) < len(cameras):
+        raise SnapshotError(
+            "snapshots", "must all have a camera height, or none", f"{len(heights)} that have"
+        )
+    return Camera(
+        position=np.stack([camera.position for camera in cameras]),
+        yaw=np.stack([camera.yaw for camera in cameras]),
+        fov=fov,
+        height=np.stack(heights) if heights else None,
+        pitch=np.stack([camera.pitch for camera in cameras]),
+    )

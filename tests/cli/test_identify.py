@@ -1,0 +1,234 @@
+import json
+import xml.etree.ElementTree as ET
+
+import pytest
+
+from farm_ar.reid import DistanceReid, LastKnownReid, NearestReid, SpatialOptions, SpatialReid
+from farm_ar.scenes import Weights, load_scene, load_snapshot
+
+CSV_CAMERA = ("--camera", "3.6,0.3,-45,90,4")
+
+
+@pytest.fixture
+def identify(run, before, seen):
+    """Types `farm-ar identify` about the example files, asking for JSON, and gives the parsed answer."""
+
+    def identify(*options):
+        return json.loads(run("identify", "--scene", before, "--snapshot", seen, "--json", *options).stdout)
+
+    return identify
+
+
+def expected(found, seen):
+    return {
+        "ids": list(seen.detections.ids),
+        "labels": list(found.labels),
+        "costs": [None if cost != cost else cost for cost in found.cost.tolist()],
+        "total": found.total,
+        "candidates": list(found.candidates),
+        "sites": list(found.sites),
+        "widened": found.widened,
+    }
+
+
+def test_the_table_gives_each_detection_its_label_and_cost(run, before, seen):
+    lines = run("identify", "--scene", before, "--snapshot", seen).stdout.splitlines()
+    assert lines[0].split() == ["detection", "category", "x", "z", "yaw_deg", "label", "cost"]
+    rows = [line.split() for line in lines[2:8]]
+    assert rows[0][:6] == ["d1", "chair", "2.70", "1.90", "110.0", "dan"]
+    assert [row[0] for row in rows] == ["d1", "d2", "d3", "d4", "d5", "d6"]
+    found = SpatialReid(load_scene(before)).identify(load_snapshot(seen))
+    assert [row[-1] for row in rows] == [f"{cost:.4f}" for cost in found.cost]
+    assert lines[8:] == [
+        f"Identified: 6 of 6 detections, total cost {found.total:.4f}",
+        "Candidates: 9 of 9 labels, nothing pruned",
+    ]
+
+
+def test_an_unidentified_detection_has_neither_label_nor_cost(run, before, seen):
+    lines = run("identify", "--scene", before, "--snapshot", seen, "--reid", "last-known").stdout.splitlines()
+    assert lines[2].split()[-2:] == ["none", "none"]
+    assert lines[4].split()[-3:] == ["long", "table", "0.0000"]
+    assert lines[8] == "Identified: 1 of 6 detections, total cost 0.0000"
+
+
+def test_pruning_and_widening_are_told(run, before, seen):
+    output = run("identify", "--scene", before, "--snapshot", seen, "--threshold", 0).stdout
+    assert "Candidates: 9 of 9 labels, from 2 of 2 sites (long table, round table)\n" in output
+    assert output.endswith(
+        "Widened: the threshold left fewer labels than detections, so further sites were added\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "printed"),
+    [
+        ("[red]ada :cat:", "[red]ada :cat:"),
+        ("Ådå", "Ådå"),
+        ("\x1b[31mada\n", "\N{REPLACEMENT CHARACTER}[31mada\N{REPLACEMENT CHARACTER}"),
+    ],
+)
+def test_names_are_printed_as_they_stand_in_the_file_but_steer_no_terminal(
+    run, before, seen, tmp_path, name, printed
+):
+    (tmp_path / "odd.json").write_text(before.read_text().replace('"ada"', json.dumps(name)))
+    rows = run("identify", "--scene", "odd.json", "--snapshot", seen).stdout.splitlines()
+    assert f" {printed} " in rows[7]
+
+
+def test_json_is_the_whole_answer(run, before, seen):
+    result = run("identify", "--scene", before, "--snapshot", seen, "--json")
+    answer = json.loads(result.stdout)
+    assert result.stderr == ""
+    assert answer.pop("solve_time_s") > 0
+    snapshot = load_snapshot(seen)
+    assert answer == expected(SpatialReid(load_scene(before)).identify(snapshot), snapshot)
+
+
+@pytest.mark.parametrize(
+    ("options", "rule"),
+    [
+        (["--reid", "nearest"], NearestReid),
+        (["--reid", "distance"], DistanceReid),
+        (["--reid", "last-known"], LastKnownReid),
+        (["--weights", "0,1"], lambda scene: SpatialReid(scene, SpatialOptions(weights=Weights(0, 1)))),
+        (
+            ["--gate", "--weights", "0,0"],
+            lambda scene: SpatialReid(scene, SpatialOptions(weights=Weights(0, 0), gate_categories=True)),
+        ),
+        (["--no-gate"], SpatialReid),
+        (["--threshold", "0"], lambda scene: SpatialReid(scene, SpatialOptions(threshold=0))),
+        (
+            ["--solver", "mip", "--weights", "3,1"],
+            lambda scene: SpatialReid(scene, SpatialOptions(weights=Weights(3, 1))),
+        ),
+    ],
+)
+def test_options_choose_the_rule(identify, before, seen, options, rule):
+    answer = identify(*options)
+    del answer["solve_time_s"]
+    snapshot = load_snapshot(seen)
+    assert answer == expected(rule(load_scene(before)).identify(snapshot), snapshot)
+
+
+def test_the_example_fools_the_nearest_label_but_not_the_assignment(identify):
+    assert identify()["labels"] == ["dan", "cleo", "long table", "ben", "gus", "ada"]
+    assert identify("--reid", "nearest")["labels"] == ["dan", "cleo", "long table", "ada", "gus", "ada"]
+
+
+def test_tables_give_what_the_json_files_give(run, identify, before, seen):
+    files = ("--scene", before.with_suffix(".csv"), "--snapshot", seen.with_suffix(".csv"))
+    result = run("identify", *files, "--room", "5,4", *CSV_CAMERA, "--json")
+    from_tables, from_json = json.loads(result.stdout), identify()
+    assert from_tables["costs"] == pytest.approx(from_json["costs"])
+    for name in ("ids", "labels", "candidates"):
+        assert from_tables[name] == from_json[name]
+
+
+def test_a_built_in_scene_can_be_named(run, tmp_path):
+    (tmp_path / "seen.json").write_text(
+        run("scenes", "show", "farm", "--camera", ".6,-.3,0", "--snapshot").stdout
+    )
+    answer = json.loads(run("identify", "--scene", "farm", "--snapshot", "seen.json", "--json").stdout)
+    assert answer["total"] == pytest.approx(0)
+    assert "shed" in answer["labels"]
+
+
+def test_an_empty_snapshot_is_an_empty_answer(run, before, tmp_path):
+    (tmp_path / "empty.json").write_text('{"camera": {"x": 1, "z": 1, "yaw_deg": 0}, "detections": []}')
+    result = run("identify", "--scene", before, "--snapshot", "empty.json")
+    assert "Identified: 0 of 0 detections, total cost 0.0000" in result.stdout
+
+
+def test_plot_draws_the_answer_and_says_so(run, before, seen, tmp_path):
+    result = run("identify", "--scene", before, "--snapshot", seen, "--plot", "answer.svg")
+    assert result.stdout.endswith("Wrote answer.svg\n")
+    assert ET.parse(tmp_path / "answer.svg").getroot().tag.endswith("svg")
+
+
+def test_plot_leaves_json_alone(identify, tmp_path):
+    assert identify("--plot", "answer.png")["ids"]
+    assert (tmp_path / "answer.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("options", "line"),
+    [
+        (
+            ["--reid", "guess"],
+            "OptionError: --reid: must be one of distance, last-known, nearest, spatial, got 'guess'",
+        ),
+        (
+            ["--reid", "nearest", "--threshold", ".5"],
+            "OptionError: --threshold: must not be given with --reid nearest",
+        ),
+        (
+            ["--reid", "distance", "--weights", "1,1"],
+            "OptionError: --weights: must not be given with --reid distance",
+        ),
+        (
+            ["--reid", "last-known", "--no-gate"],
+            "OptionError: --gate: must not be given with --reid last-known",
+        ),
+        (
+            ["--reid", "nearest", "--solver", "mip"],
+            "OptionError: --solver: must not be given with --reid nearest",
+        ),
+        (["--threshold", "1.5"], "OptionError: threshold: must be from 0 to 1, got 1.5"),
+        (["--weights", "1"], "OptionError: --weights: must be wt,wr, all of them numbers, got '1'"),
+        (["--weights", "-1,1"], "SceneError: weights.translation: must be a number not below 0, got -1.0"),
+        (["--solver", "magic"], "OptionError: solver: must be one of lsap, mip, got 'magic'"),
+        (
+            ["--room", "5,4"],
+            "OptionError: --room: must not be given with a scene in JSON, which has its own size_m",
+        ),
+        (
+            CSV_CAMERA,
+            "OptionError: --camera: must not be given with a snapshot in JSON, which has its own camera",
+        ),
+        (["--plot", "answer.gif"], "OptionError: path: must end in .svg or .png, got 'answer.gif'"),
+        (["--plot", "taken/answer.svg"], "OptionError: --plot: must be a place that can be written ("),
+    ],
+)
+def test_options_that_are_wrong_or_do_not_apply_are_refused(mistake, before, seen, tmp_path, options, line):
+    (tmp_path / "taken").touch()
+    assert mistake("identify", "--scene", before, "--snapshot", seen, *options).startswith(line)
+    assert [path.name for path in tmp_path.iterdir()] == ["taken"]
+
+
+@pytest.mark.parametrize(
+    ("camera", "line"),
+    [
+        ([], "OptionError: --camera: must be given with a snapshot in CSV, as x,z,yaw_deg,fov_deg,range_m"),
+        (
+            ["--camera", "1,1,0"],
+            "OptionError: --camera: must be x,z,yaw_deg,fov_deg,range_m, all of them numbers",
+        ),
+        (
+            ["--camera", "1,1,0,361,3"],
+            "OptionError: --camera: must be x,z,yaw_deg,fov_deg,range_m with 0 < fov_deg",
+        ),
+        (
+            ["--camera", "1,1,0,90,0"],
+            "OptionError: --camera: must be x,z,yaw_deg,fov_deg,range_m with 0 < fov_deg",
+        ),
+    ],
+)
+def test_a_table_of_detections_needs_a_camera(mistake, before, seen, camera, line):
+    table = seen.with_suffix(".csv")
+    assert mistake("identify", "--scene", before, "--snapshot", table, *camera).startswith(line)
+
+
+def test_a_table_of_objects_needs_a_room(mistake, before, seen):
+    line = mistake("identify", "--scene", before.with_suffix(".csv"), "--snapshot", seen)
+    assert line.startswith("OptionError: --room: must be given with a scene in CSV, as width,depth")
+
+
+def test_a_wrong_value_in_a_file_is_named(mistake, before, seen, tmp_path):
+    (tmp_path / "odd.json").write_text(seen.read_text().replace('"chair"', '"sofa"', 1))
+    assert mistake("identify", "--scene", before, "--snapshot", "odd.json") == (
+        "SnapshotError: detections[0].category: must be null or one of chair, table, got 'sofa'"
+    )
+    assert mistake("identify", "--scene", before, "--snapshot", "odd.txt") == (
+        "OptionError: snapshot: must be a .json or .csv file, got 'odd.txt'"
+    )

@@ -1,0 +1,100 @@
+import os
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+import farm_ar.experiments
+from farm_ar.cli.reproduce import EXPERIMENTS
+
+
+@pytest.fixture
+def given(monkeypatch):
+    """What the experiments are run with, in place of running them."""
+    given = {}
+    monkeypatch.setattr(farm_ar.experiments, "reproduce", lambda **options: given.update(options))
+    return given
+
+
+def test_by_default_everything_runs_in_full(run, given, tmp_path):
+    assert run("reproduce").exit_code == 0
+    assert isinstance(given.pop("console"), Console)
+    assert given == {
+        "what": "all",
+        "scenes": None,
+        "out": Path("out"),
+        "layouts": None,
+        "workers": os.cpu_count(),
+        "seed": 0,
+        "quick": False,
+    }
+    assert (tmp_path / "out").is_dir()
+
+
+def test_every_option_is_passed_on(run, given, tmp_path):
+    options = [
+        "--scenes",
+        "there",
+        "--out",
+        "results",
+        "--layouts",
+        7,
+        "--workers",
+        3,
+        "--seed",
+        5,
+        "--quick",
+    ]
+    assert run("reproduce", "fig9", *options).exit_code == 0
+    del given["console"]
+    assert given == {
+        "what": "fig9",
+        "scenes": Path("there"),
+        "out": Path("results"),
+        "layouts": 7,
+        "workers": 3,
+        "seed": 5,
+        "quick": True,
+    }
+
+
+def test_help_names_the_experiments_that_there_are(run):
+    assert list(EXPERIMENTS) == ["all", *farm_ar.experiments.EXPERIMENTS]
+    assert f"One of {', '.join(EXPERIMENTS)}." in " ".join(run("reproduce", "--help").stdout.split())
+
+
+@pytest.mark.parametrize(
+    "out",
+    [
+        "taken",
+        "taken/deeper",
+        pytest.param(
+            "/proc", marks=pytest.mark.skipif(not Path("/proc").is_dir(), reason="there is no /proc")
+        ),
+    ],
+)
+def test_a_folder_that_takes_no_files_is_refused_before_the_work(mistake, given, tmp_path, out):
+    (tmp_path / "taken").touch()
+    assert mistake("reproduce", "--out", out).startswith(
+        "OptionError: --out: must be a place that can be written ("
+    )
+    assert not given
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (
+            ["table9"],
+            "OptionError: what: must be one of fig5, fig7, fig9, table1, table2, table3, got 'table9'",
+        ),
+        (["--layouts", "0"], "OptionError: layouts: must be a whole number not below 1, got 0"),
+        (["--workers", "0"], "OptionError: workers: must be a whole number not below 1, got 0"),
+        (
+            ["--scenes", "nowhere"],
+            "SceneError: scenes: must be a folder with L1.json to H2.json, got 'nowhere'",
+        ),
+    ],
+)
+def test_wrong_options_are_refused_in_one_line(mistake, arguments, line):
+    assert mistake("reproduce", *arguments) == line

@@ -1,0 +1,56 @@
+import pickle
+from dataclasses import FrozenInstanceError
+
+import numpy as np
+import pytest
+
+from farm_ar.errors import SnapshotError
+from farm_ar.reid import Identification, SpatialReid
+from farm_ar.scenes import builtin_scene, observe_many
+
+
+def test_costs_are_not_known_unless_given() -> None:
+    found = Identification(("a", None))
+    assert np.isnan(found.cost).tolist() == [True, True]
+    assert found.total == 0
+
+
+def test_the_total_is_over_the_labels_given() -> None:
+    assert Identification(("a", None, "b"), np.array([0.25, np.nan, 0.5])).total == 0.75
+
+
+def test_there_must_be_a_cost_for_each_label() -> None:
+    with pytest.raises(SnapshotError, match=r"^cost: must have shape \(2,\), got \(3,\)$"):
+        Identification(("a", "b"), np.zeros(3))
+
+
+def test_an_identification_cannot_be_changed() -> None:
+    cost = np.array([1.0])
+    found = Identification(("a",), cost)
+    cost[0] = 2.0
+    assert found.cost[0] == 1.0
+    with pytest.raises(ValueError, match="read-only"):
+        found.cost[0] = 3.0
+    with pytest.raises(FrozenInstanceError):
+        found.labels = ("b",)  # type: ignore[misc]
+
+
+def test_answers_survive_pickling_and_stay_read_only() -> None:
+    scene = builtin_scene("L1")
+    assert scene.camera_path is not None
+    batch = observe_many(scene.layout, scene.camera_path.cameras(8, scene.fov))
+    one, many = SpatialReid(scene).identify(batch.snapshot(0)), SpatialReid(scene).identify_many(batch)
+    one_again, many_again = pickle.loads(pickle.dumps((one, many)))
+    assert one_again.labels == one.labels
+    np.testing.assert_array_equal(many_again.label, many.label)
+    assert not one_again.cost.flags.writeable
+    assert not many_again.label.flags.writeable
+
+
+def test_a_rule_survives_pickling() -> None:
+    scene = builtin_scene("L1")
+    assert scene.camera_path is not None
+    batch = observe_many(scene.layout, scene.camera_path.cameras(8, scene.fov))
+    reid = SpatialReid(scene)
+    again = pickle.loads(pickle.dumps(reid))
+    np.testing.assert_array_equal(again.identify_many(batch).label, reid.identify_many(batch).label)
