@@ -48,17 +48,10 @@ AVAILABLE = _LIBRARY is not None
 """Whether the library was found."""
 
 
-def solve_lp_solve(cost: FloatArray) -> IntArray:
+def solve_lp_solve(cost: FloatArray, seconds_inside: list[float] | None = None) -> IntArray:
     """The (N,) column of each row of (N, M) finite costs, N <= M, by lp_solve's branch and bound.
 
-    Raises:
-        MissingPackageError: lp_solve is not installed.
-    """
-    return timed_lp_solve(cost)[0]
-
-
-def timed_lp_solve(cost: FloatArray) -> tuple[IntArray, float]:
-    """The answer, and the seconds spent inside lp_solve's `solve` alone, the building of the model left out.
+    To `seconds_inside` is added how long lp_solve's own `solve` took, the building of the model left out.
 
     Raises:
         MissingPackageError: lp_solve is not installed.
@@ -85,11 +78,13 @@ def timed_lp_solve(cost: FloatArray) -> tuple[IntArray, float]:
             lp.set_binary(model, index, 1)
         begin = time.perf_counter()
         status = lp.solve(model)
-        seconds = time.perf_counter() - begin
+        if seconds_inside is not None:
+            seconds_inside.append(time.perf_counter() - begin)
         if status != _OPTIMAL:
             raise RuntimeError(f"lp_solve ended with status {status}, not with the optimum")
         value = np.empty(n * m)
         lp.get_variables(model, value.ctypes.data)
     finally:
         lp.delete_lp(model)
-    return value.reshape(n, m).argmax(axis=1), seconds
+    column: IntArray = value.reshape(n, m).argmax(axis=1)
+    return column

@@ -1,3 +1,18 @@
-"""Which of these identical objects is which? Re-identification from one egocentric snapshot."""
+"""Which of these identical objects is which? Re-identification from one egocentric snapshot.
+
+Importing this package registers its environments with Gymnasium; so does `gym.make("farm_ar:FarmToTable-v0")`.
+"""
+
+from gymnasium.envs.registration import register
 
 __version__ = "0.1.0"
+
+_ENVIRONMENTS: dict[str, dict[str, str | bool | float | None]] = {
+    "FarmToTable-v0": {"control": "move"},
+    "FarmToTableHand-v0": {"control": "hand"},
+    "FarmToTableLayout-v0": {"control": "layout"},
+    "SceneLayout-v0": {"control": "layout", "game": False, "scene": "L1", "budget": 0.4},
+}
+
+for _name, _arguments in _ENVIRONMENTS.items():
+    register(_name, entry_point="farm_ar.envs:FarmToTableEnv", kwargs=_arguments)

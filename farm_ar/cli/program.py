@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from farm_ar import __version__
+from farm_ar.cli.demo import demo
 from farm_ar.cli.identify import identify
 from farm_ar.cli.mistakes import OneLineMistakes
 from farm_ar.cli.reproduce import reproduce
@@ -24,6 +25,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.add_typer(scenes, name="scenes")
+app.command()(demo)
 app.command()(identify)
 app.command()(reproduce)
 

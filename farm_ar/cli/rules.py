@@ -2,19 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from farm_ar.cli.inputs import numbers, refuse
 from farm_ar.errors import known_name
-from farm_ar.reid import DistanceReid, LastKnownReid, NearestReid, Reidentifier, SpatialOptions, SpatialReid
+from farm_ar.reid import BASELINES, Reidentifier, SpatialOptions, SpatialReid
 from farm_ar.scenes import Scene, Weights
-
-SIMPLE_RULES: dict[str, Callable[[Scene], Reidentifier]] = {
-    "nearest": NearestReid,
-    "distance": DistanceReid,
-    "last-known": LastKnownReid,
-}
-"""The rules without options."""
 
 
 def make_rule(
@@ -31,11 +22,11 @@ def make_rule(
         OptionError: the rule is not known, or an option does not apply to it or has a wrong value.
         SceneError: the scene has no objects, or a weight is negative.
     """
-    known_name("--reid", name, ("spatial", *SIMPLE_RULES))
-    if name in SIMPLE_RULES:
+    known_name("--reid", name, ("spatial", *BASELINES))
+    if name in BASELINES:
         given = {"--threshold": threshold, "--weights": weights, "--gate": gate, "--solver": solver}
         refuse(given.items(), f"with --reid {name}")
-        return SIMPLE_RULES[name](scene)
+        return BASELINES[name](scene)
     default = SpatialOptions()
     options = SpatialOptions(
         threshold=default.threshold if threshold is None else threshold,

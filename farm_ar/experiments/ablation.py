@@ -2,22 +2,38 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.path import Path
 
+from farm_ar.arrays import FloatArray
 from farm_ar.drawing import draw_identification, draw_scene, set_up_axes
 from farm_ar.experiments.published import FIG_7, H1_CAMERA, TABLE_2
-from farm_ar.experiments.report import Comparison, Report, Row, new_figure
+from farm_ar.experiments.report import (
+    OURS,
+    PAPER,
+    TEXT_SIZE,
+    TITLE_SIZE,
+    Comparison,
+    Report,
+    Row,
+    new_figure,
+    set_up_chart,
+)
 from farm_ar.experiments.setting import (
     Setting,
     accuracies,
+    mean_and_sd,
     mean_per_layout,
     noisy_snapshots,
     path_cameras,
 )
+from farm_ar.geometry import footprint_corners
 from farm_ar.reid import Identification, SpatialOptions, SpatialReid, accuracy
-from farm_ar.reid.spatial import TERMS, Term
+from farm_ar.reid.spatial import TERMS, Box, Term
 from farm_ar.scenes import Camera, Layout, LayoutNoise, Scene, Snapshot, observe, visible
 
 NOISE = LayoutNoise.of(0.3, 30.0)
@@ -27,51 +43,60 @@ CONDITIONS: dict[str, tuple[Term, ...]] = {
 }
 DETECTIONS_IN_FIG_7 = 7
 
+Answer = tuple[Identification, tuple[str | None, ...] | None]
+"""An identification, and the true labels to judge it by, if it is to be judged."""
+
 
 def table2(setting: Setting) -> Report:
     """Accuracy on H1 with each cost term left out, over the whole path. Paper, Table 2."""
-    scene = setting.scenes["H1"]
-    layouts = setting.layouts
-    batch = noisy_snapshots(scene, NOISE, layouts, setting.rng(2, 0))
-
-    def run(condition: tuple[int, str]) -> np.ndarray:
-        index, name = condition
-        reid = SpatialReid(scene, SpatialOptions(terms=CONDITIONS[name]), setting.rng(2, 1 + index))
-        return accuracies(reid, batch, layouts)
-
     rows: list[Row] = []
     comparisons = []
-    for (_, name), found in setting.each(enumerate(CONDITIONS), run):
-        mean, sd = float(np.nanmean(found)), float(np.nanstd(found))
-        per_layout = mean_per_layout(found)
+    scores = {}
+    for name, found in ablate(setting).items():
+        (mean, sd), (paper_mean, paper_sd) = mean_and_sd(found), TABLE_2[name]
+        _, sd_of_means = mean_and_sd(mean_per_layout(found))
+        scores[name] = mean, sd
         rows.append(
             {
                 "condition": name,
                 "mean": mean,
                 "sd_over_snapshots": sd,
-                "sd_of_layout_means": float(np.nanstd(per_layout)),
+                "sd_of_layout_means": sd_of_means,
                 "snapshots_per_layout": float(np.isfinite(found).sum(axis=1).mean()),
-                "layouts": layouts,
-                "paper_mean": TABLE_2[name][0],
-                "paper_sd": TABLE_2[name][1],
+                "layouts": setting.layouts,
+                "paper_mean": paper_mean,
+                "paper_sd": paper_sd,
             }
         )
         comparisons.append(
             Comparison(
                 f"accuracy, {name}: mean / SD over snapshots",
-                f"{TABLE_2[name][0]:.2f} / {TABLE_2[name][1]:.2f}",
+                f"{paper_mean:.2f} / {paper_sd:.2f}",
                 f"{mean:.3f} / {sd:.3f}",
-                f"one layout's mean: SD {np.nanstd(per_layout):.3f}",
+                f"one layout's mean: SD {sd_of_means:.3f}",
             )
         )
     return Report(
         "table2",
-        f"Table 2: ablation on H1, T(0, 0.3), R(0, 30), {layouts} layouts",
+        f"Table 2: ablation on H1, T(0, 0.3), R(0, 30), {setting.layouts} layouts",
         rows,
         comparisons,
-        _ablation_figure(rows),
+        _ablation_figure(scores),
         note="The paper wandered once through one noisy layout (62 snapshots).",
     )
+
+
+def ablate(setting: Setting, box: Box = "local") -> dict[str, FloatArray]:
+    """(layouts, P) accuracies under each condition, of the same snapshots; NaN where nothing was seen."""
+    scene = setting.scenes["H1"]
+    batch = noisy_snapshots(scene, NOISE, setting.layouts, setting.rng(2, 0))
+
+    def run(condition: tuple[int, str]) -> FloatArray:
+        index, name = condition
+        reid = SpatialReid(scene, SpatialOptions(terms=CONDITIONS[name], box=box), setting.rng(2, 1 + index))
+        return accuracies(reid, batch, setting.layouts)
+
+    return {name: found for (_, name), found in setting.each(enumerate(CONDITIONS), run)}
 
 
 def fig7(setting: Setting) -> Report:
@@ -83,19 +108,20 @@ def fig7(setting: Setting) -> Report:
         name: SpatialReid(scene, SpatialOptions(terms=terms), setting.rng(7, 1 + i)).identify(snapshot)
         for i, (name, terms) in enumerate(CONDITIONS.items())
     }
-    setting.advance(1.0)
     scores = {name: accuracy(answer, truth) for name, answer in found.items()}
     rows = [
         {"detection": snapshot.detections.ids[i], "truth": truth[i]}
         | {name: answer.labels[i] for name, answer in found.items()}
         for i in range(len(truth))
     ]
+    answers: dict[str, Answer] = {"true labels": (Identification(truth), None)}
+    answers |= {f"{name} ({scores[name]:.2f})": (answer, truth) for name, answer in found.items()}
     return Report(
         "fig7",
         "Fig. 7: a worked example of the ablation on H1",
         rows,
         [Comparison(f"accuracy, {name}", f"{FIG_7[name]:.2f}", f"{scores[name]:.2f}") for name in CONDITIONS],
-        _worked_example_figure(scene, noisy, snapshot, truth, found, scores),
+        _worked_example_figure(scene, noisy, snapshot, answers),
         note=f"One snapshot of {len(truth)} detections (the paper's shows {DETECTIONS_IN_FIG_7}), from the "
         "pose nearest to the paper's camera that sees that many; another layout gives other numbers.",
     )
@@ -113,59 +139,52 @@ def worked_example(scene: Scene, rng: np.random.Generator) -> tuple[Layout, Came
     return noisy, cameras.at(int(np.lexsort((distance, away))[0]))
 
 
-def _ablation_figure(rows: list[Row]) -> Figure:
+def _ablation_figure(scores: Mapping[str, tuple[float, float]]) -> Figure:
     figure = new_figure(6.4, 3.2)
     axes = figure.subplots()
-    place = np.arange(len(rows))
-    for offset, mean, sd, name, colour in (
-        (-0.2, "paper_mean", "paper_sd", "paper", "#b0b0b0"),
-        (0.2, "mean", "sd_over_snapshots", "ours", "#3b6ea5"),
-    ):
-        heights = [float(row[mean]) for row in rows]  # type: ignore[arg-type]
-        errors = [float(row[sd]) for row in rows]  # type: ignore[arg-type]
-        axes.bar(place + offset, heights, 0.38, yerr=errors, label=name, color=colour, capsize=3)
-    axes.set_xticks(place, [str(row["condition"]) for row in rows], fontsize=8)
-    axes.set(ylabel="accuracy", ylim=(0, 1.25), title="Ablation on H1 (bars: SD over snapshots)")
-    axes.title.set_fontsize(9)
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.legend(frameon=False, fontsize=8, ncols=2, loc="upper right")
+    set_up_chart(axes, "Ablation on H1 (mean, and SD over snapshots)", "", "accuracy")
+    axes.set_ylim(0, 1.2)
+    place = np.arange(len(scores))
+    for offset, values, name, color in ((-0.2, TABLE_2, "paper", PAPER), (0.2, scores, "ours", OURS)):
+        means, sds = zip(*(values[condition] for condition in scores), strict=True)
+        error = {"elinewidth": 0.9, "ecolor": "#444444"}
+        axes.bar(place + offset, means, 0.38, yerr=sds, label=name, color=color, capsize=3, error_kw=error)
+    axes.set_xticks(place, list(scores))
+    axes.grid(visible=False, axis="x")
+    axes.legend(frameon=False, fontsize=TEXT_SIZE, ncols=2, loc="upper right", borderaxespad=0.0)
     return figure
 
 
 def _worked_example_figure(
-    scene: Scene,
-    noisy: Layout,
-    snapshot: Snapshot,
-    truth: tuple[str | None, ...],
-    found: dict[str, Identification],
-    scores: dict[str, float],
+    scene: Scene, noisy: Layout, snapshot: Snapshot, answers: Mapping[str, Answer]
 ) -> Figure:
-    figure = new_figure(11.0, 7.4)
-    panels = figure.subplots(2, 3).flat
-    first = next(panels)
+    """The noisy layout, and a panel for each of five answers under its title."""
+    figure = new_figure(11.0, 7.6)
+    first, *panels = figure.subplots(2, 3).flat
     set_up_axes(first, scene.size)
     draw_scene(first, scene, layout=noisy, camera=snapshot.camera, labels=False, path=False, legend=False)
-    first.set_title("(a) noisy layout", fontsize=9)
-    answers: dict[str, tuple[Identification, tuple[str | None, ...] | None]]
-    answers = {"true labels": (Identification(truth), None)}
-    answers |= {f"{name} ({scores[name]:.2f})": (answer, truth) for name, answer in found.items()}
-    for letter, (title, (answer, compared)) in zip("bcdef", answers.items(), strict=True):
-        axes = next(panels)
+    first.set_title("(a) noisy layout", fontsize=TITLE_SIZE)
+    for axes, letter, (title, (answer, truth)) in zip(panels, "bcdef", answers.items(), strict=True):
         set_up_axes(axes, scene.size)
         _zoom(axes, snapshot)
-        draw_identification(axes, scene, snapshot, answer, compared, reference_labels=False, legend=False)
-        _zoom(axes, snapshot)
-        axes.set_title(f"({letter}) {title}", fontsize=9)
+        draw_identification(axes, scene, snapshot, answer, truth, reference_labels=False, legend=False)
+        for artist in (*axes.patches, *axes.lines):  # some are cut off at the walls only
+            artist.set_clip_path(Path.unit_rectangle(), axes.transAxes)
+        axes.set_title(f"({letter}) {title}", fontsize=TITLE_SIZE)
+    figure.supxlabel(
+        "Grey: where things stood before. Arrows: from where the label given stood. "
+        "Green: right. Red: wrong, with the true label in brackets.",
+        fontsize=TEXT_SIZE,
+    )
     return figure
 
 
 def _zoom(axes: Axes, snapshot: Snapshot) -> None:
-    """Show the surroundings of what was detected, and nothing beyond."""
-    points = np.vstack([snapshot.detections.position, snapshot.camera.position])
+    """Show the camera and what it detected, and little beyond."""
+    seen = snapshot.detections
+    corners = footprint_corners(seen.position, seen.yaw, seen.size).reshape(-1, 2)
+    points = np.vstack([corners, snapshot.camera.position])
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
-    half = float((points.max(axis=0) - points.min(axis=0)).max()) / 2 + 0.6
+    half = float(np.ptp(points, axis=0).max()) / 2 + 0.4
     axes.set_xlim(middle[0] - half, middle[0] + half)
     axes.set_ylim(middle[1] - half, middle[1] + half)
-    for artist in axes.get_children():
-        if artist is not axes.title:
-            artist.set_clip_box(axes.bbox)

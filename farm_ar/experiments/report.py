@@ -5,18 +5,27 @@ from __future__ import annotations
 import csv
 import io
 import json
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from farm_ar.drawing import save_picture
 from farm_ar.scenes.fields import write_text
 
 Value = str | int | float | None
 Row = Mapping[str, Value]
+
+OURS, OTHER, PAPER = "#3b6ea5", "#c77d2e", "#b0b0b0"
+"""Colours of the charts."""
+
+TITLE_SIZE, TEXT_SIZE = 9, 8
+"""Sizes of their letters, points."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +45,7 @@ class Report:
     Args:
         name: of its files.
         title: what it is.
-        rows: the results, one mapping from column to value each.
+        rows: the results, one mapping from column to value each; NaN is written as an empty value.
         comparisons: with the paper.
         figure: in the paper's form.
         measured: rows of measured times, which no seed repeats; kept in a file of their own.
@@ -50,20 +59,19 @@ class Report:
     figure: Figure
     measured: Sequence[Row] = ()
     note: str = ""
-    more_figures: Mapping[str, Figure] = field(default_factory=dict)
 
     def write(self, folder: Path) -> list[Path]:
-        """Write the CSV, JSON and SVG files into a folder; returns their paths."""
+        """Write the CSV, JSON and SVG files into a folder, each whole or not at all; returns their paths."""
         written = []
         for suffix, rows in (("", self.rows), ("_times", self.measured)):
             if rows:
+                plain = [{column: _plain(value) for column, value in row.items()} for row in rows]
                 written.append(folder / f"{self.name}{suffix}.csv")
-                write_text(written[-1], _as_csv(rows))
+                write_text(written[-1], _as_csv(plain))
                 written.append(folder / f"{self.name}{suffix}.json")
-                write_text(written[-1], json.dumps(list(rows), indent=1) + "\n")
-        for name, figure in {self.name: self.figure, **self.more_figures}.items():
-            written.append(folder / f"{name}.svg")
-            save_picture(figure, written[-1])
+                write_text(written[-1], json.dumps(plain, indent=1, allow_nan=False) + "\n")
+        written.append(folder / f"{self.name}.svg")
+        save_picture(self.figure, written[-1])
         return written
 
     def markdown(self) -> str:
@@ -73,16 +81,32 @@ class Report:
             lines += [self.note, ""]
         lines += ["| | paper | ours | spread |", "|---|---|---|---|"]
         lines += [f"| {c.what} | {c.paper} | {c.ours} | {c.spread} |" for c in self.comparisons]
-        figures = [self.name, *self.more_figures]
-        lines += ["", "Pictures: " + ", ".join(f"[{name}.svg]({name}.svg)" for name in figures), ""]
+        lines += ["", f"Picture: [{self.name}.svg]({self.name}.svg)", ""]
         return "\n".join(lines)
 
 
 def new_figure(width: float, height: float) -> Figure:
     """An empty figure of a size in inches that spaces its panels by itself."""
-    figure = Figure(figsize=(width, height), layout="constrained")
+    figure = Figure(figsize=(width, height), layout=ConstrainedLayoutEngine(w_pad=0.08, h_pad=0.08))
     FigureCanvasAgg(figure)
     return figure
+
+
+def set_up_chart(axes: Axes, title: str, xlabel: str, ylabel: str) -> None:
+    """Make axes those of a chart of shares, 0 to 1, over a light grid."""
+    axes.set_title(title, fontsize=TITLE_SIZE)
+    axes.set_xlabel(xlabel, fontsize=TEXT_SIZE)
+    axes.set_ylabel(ylabel, fontsize=TEXT_SIZE)
+    axes.set_ylim(0, 1.04)
+    axes.set_yticks([0.0, 0.2, 0.4, 0.6, 0.8, 1.0])
+    axes.tick_params(labelsize=TEXT_SIZE)
+    axes.grid(color="#eeeeee")
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+def _plain(value: Value) -> Value:
+    return None if isinstance(value, float) and math.isnan(value) else value
 
 
 def _as_csv(rows: Sequence[Row]) -> str:

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, Progress, TaskID, TaskProgressColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from farm_ar.errors import known_name
@@ -60,12 +60,12 @@ def reproduce(
         SceneError: a scene file is missing or cannot be used.
     """
     names = list(EXPERIMENTS) if what == "all" else [known_name("what", what, EXPERIMENTS)]
-    console = console or Console()
+    console = console or Console(markup=False, highlight=False)
     number = layouts if layouts is not None else QUICK_LAYOUTS if quick else LAYOUTS
     setting = Setting(load_scenes(scenes), number, seed, workers, quick)
     begin = time.perf_counter()
     reports = _run(names, setting, console, out)
-    origin = f"the scenes of `{scenes.name}`" if scenes else "the built-in scenes"
+    origin = f"the scenes of `{scenes.resolve().name}`" if scenes else "the built-in scenes"
     text = _summary(reports, origin, setting)
     write_text(out / "summary.md", text)
     _show(reports, console)
@@ -80,13 +80,12 @@ def _run(names: Sequence[str], setting: Setting, console: Console, out: Path) ->
         for name in names:
             task = progress.add_task(name, total=1.0)
 
-            def advance(share: float, task: object = task) -> None:
-                progress.update(task, completed=share)  # type: ignore[arg-type]
+            def advance(share: float, task: TaskID = task) -> None:
+                progress.update(task, completed=share)
 
-            report = EXPERIMENTS[name](replace(setting, advance=advance))
-            report.write(out)
-            progress.update(task, completed=1.0)
-            reports.append(report)
+            reports.append(EXPERIMENTS[name](replace(setting, advance=advance)))
+            reports[-1].write(out)
+            advance(1.0)
     return reports
 
 
@@ -100,7 +99,7 @@ def _summary(reports: Sequence[Report], origin: str, setting: Setting) -> str:
 
 def _show(reports: Sequence[Report], console: Console) -> None:
     for report in reports:
-        console.print(f"\n{report.title}", style="bold", highlight=False, markup=False)
+        console.print(f"\n{report.title}", style="bold")
         table = Table()
         for column in ("", "paper", "ours", "spread"):
             table.add_column(column, overflow="fold")
@@ -108,5 +107,5 @@ def _show(reports: Sequence[Report], console: Console) -> None:
             table.add_row(c.what, c.paper, c.ours, c.spread)
         console.print(table)
         if report.note:
-            console.print(report.note, style="dim", highlight=False, markup=False)
+            console.print(report.note, style="dim")
     console.print()

@@ -69,8 +69,7 @@ def in_view(
     away = distance(camera_position, points)
     ahead = (-left <= angle) & (angle <= right)
     beyond_half_a_turn = (angle + FULL_TURN <= right) | (-left <= angle - FULL_TURN)
-    all_round = left + right >= FULL_TURN
-    seen: BoolArray = (ahead | beyond_half_a_turn | all_round | (away == 0)) & (away <= reach)
+    seen: BoolArray = (ahead | beyond_half_a_turn | (away == 0)) & (away <= reach)
     return seen
 
 

@@ -1,6 +1,6 @@
 """Re-identification: which detection is which label."""
 
-from farm_ar.reid.baselines import DistanceReid, LastKnownReid, NearestReid
+from farm_ar.reid.baselines import BASELINES, DistanceReid, LastKnownReid, NearestReid
 from farm_ar.reid.costs import dimension_cost, rotation_cost, total_cost, translation_cost
 from farm_ar.reid.identification import Identification, IdentificationBatch, Reidentifier
 from farm_ar.reid.metrics import accuracy, batch_accuracy
@@ -9,6 +9,7 @@ from farm_ar.reid.solvers import SOLVERS, UNASSIGNED, solve_assignment
 from farm_ar.reid.spatial import TERMS, SpatialOptions, SpatialReid
 
 __all__ = [
+    "BASELINES",
     "SOLVERS",
     "TERMS",
     "UNASSIGNED",

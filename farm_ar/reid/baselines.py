@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from farm_ar.errors import OptionError, SceneError
 from farm_ar.reid.categories import codes_of, declared_codes
 from farm_ar.reid.costs import translation_cost
-from farm_ar.reid.identification import Identification
+from farm_ar.reid.identification import Identification, Reidentifier
 from farm_ar.reid.spatial import SpatialOptions, SpatialReid
 from farm_ar.scenes import Scene, Snapshot, Weights
 
@@ -84,3 +86,11 @@ class LastKnownReid:
         near = found.cost * self._nearest.scene.diagonal <= self.tolerance_m
         labels = tuple(label if kept else None for label, kept in zip(found.labels, near, strict=True))
         return Identification(labels, np.where(near, found.cost, np.nan), found.candidates)
+
+
+BASELINES: dict[str, Callable[[Scene], Reidentifier]] = {
+    "nearest": NearestReid,
+    "distance": DistanceReid,
+    "last-known": LastKnownReid,
+}
+"""The simpler rules by name."""

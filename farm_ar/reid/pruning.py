@@ -6,7 +6,7 @@ import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 
-SUM_TOLERANCE = 1e-12
+SUM_TOLERANCE = 1e-12  # compiled into kernels.py too, whose cache on disk does not notice a change here
 """By how much rounding may keep a sum of probabilities below a threshold that it reaches."""
 
 
@@ -20,9 +20,9 @@ def site_distance(camera_position: FloatArray, sites: FloatArray) -> FloatArray:
     Returns:
         (..., K) metres.
     """
-    dx = camera_position[..., None, 0] - sites[:, 0]
-    dz = camera_position[..., None, 1] - sites[:, 1]
-    return np.sqrt(dx * dx + dz * dz)
+    offset = camera_position[..., None, :] - sites
+    offset *= offset
+    return np.sqrt(offset[..., 0] + offset[..., 1])
 
 
 def within_site(camera_position: FloatArray, sites: FloatArray) -> BoolArray:

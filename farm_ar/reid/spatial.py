@@ -127,9 +127,11 @@ class SpatialReid:
         names = self.scene.layout.labels
         if candidates is not None:
             names = tuple([names[j] for j in candidates.tolist()])
-        labels = tuple([None if j == UNASSIGNED else names[j] for j in column.tolist()])
+        columns = column.tolist()
+        labels = tuple([None if j == UNASSIGNED else names[j] for j in columns])
         given = cost[np.arange(len(seen)), column]
-        given[column == UNASSIGNED] = np.nan
+        if UNASSIGNED in columns:
+            given[column == UNASSIGNED] = np.nan
         return Identification(labels, given, names, sites, widened, solve_time)
 
     def cost_matrix(self, detections: Detections, candidates: IntArray | None = None) -> FloatArray:
@@ -137,11 +139,12 @@ class SpatialReid:
         layout = self.scene.layout
         position, yaw, kind = layout.position, layout.yaw, self._kind
         if candidates is not None:
-            position, yaw, kind = position[candidates], yaw[candidates], kind[candidates]
+            position, yaw = position.take(candidates, axis=0), yaw.take(candidates)
+            kind = kind.take(candidates)
         dimension = _NO_DIMENSION_COST
         if self._compares_sizes:
             sides = self._detected_sides(detections.size, detections.yaw)
-            dimension = dimension_cost_of_sides(sides, self._kind_sides)[:, kind]
+            dimension = dimension_cost_of_sides(sides, self._kind_sides).take(kind, axis=1)
         return total_cost(
             translation_cost(detections.position, position, self._diagonal),
             rotation_cost(detections.yaw, yaw),
@@ -190,7 +193,7 @@ class SpatialReid:
             translation_weight=self._translation_weight / self._diagonal,
             rotation_weight=float(self._rotation_weight),
             compare_sizes=self._compares_sizes,
-            gate=self.options.gate_categories,
+            gate=bool(self.options.gate_categories),
             threshold=float(self.options.threshold),
         )
         answer = Answer(

@@ -143,6 +143,7 @@ class CameraPath(Record):
                 f"camera_path.bezier_points[{where[0]}]", "must be finite", points[where[0]].tolist()
             )
         object.__setattr__(self, "points", points)
+        object.__setattr__(self, "closed", bool(self.closed))
         if self.length == 0:
             expected = "must not all be the same point"
             raise SceneError("camera_path.bezier_points", expected, points[0].tolist())

@@ -75,7 +75,10 @@ def scene_from_dict(data: object, source: str | None = None, default_name: str =
 
 
 def scene_to_dict(scene: Scene) -> dict[str, Any]:
-    """The contents of a scene file that `scene_from_dict` reads back to the same scene."""
+    """The contents of a scene file that `scene_from_dict` reads back to the same scene.
+
+    Templates and symmetries of categories that no object has are left out.
+    """
     layout, fov = scene.layout, scene.fov
     objects = []
     for i, label in enumerate(layout.labels):
@@ -97,6 +100,7 @@ def scene_to_dict(scene: Scene) -> dict[str, Any]:
         "templates": [
             {"category": t.category, "yaw_deg": degrees(t.yaw), "size_whd": list(t.size)}
             for t in scene.templates
+            if t.category in layout.categories
         ],
         "camera": {**fov_to_dict(fov), "speed_m_s": scene.camera_speed},
     }
@@ -105,8 +109,9 @@ def scene_to_dict(scene: Scene) -> dict[str, Any]:
         data["camera_path"] = {"closed": path.closed, "bezier_points": path.points.tolist()}
     if scene.weights is not None:
         data["weights"] = {"translation": scene.weights.translation, "rotation": scene.weights.rotation}
-    if scene.symmetry:
-        data["symmetry_deg"] = {name: degrees(period) for name, period in scene.symmetry.items()}
+    symmetry = {name: degrees(period) for name, period in scene.symmetry.items() if name in layout.categories}
+    if symmetry:
+        data["symmetry_deg"] = symmetry
     return data
 
 

@@ -96,6 +96,11 @@ def test_a_chain_of_a_wrong_number_of_points_is_refused(count: int) -> None:
         chain(np.zeros((count, 2)))
 
 
+def test_a_chain_may_be_one_segment() -> None:
+    np.testing.assert_array_equal(chain(QUARTER_CIRCLE), [QUARTER_CIRCLE])
+    np.testing.assert_allclose(sample_chain(QUARTER_CIRCLE, per_segment=1), QUARTER_CIRCLE[[0, 3]])
+
+
 def test_a_sampled_chain_goes_through_every_anchor_once() -> None:
     points = np.vstack([QUARTER_CIRCLE, [[1.0, -0.5522847498], [0.5522847498, -1.0], [0.0, -1.0]]])
     sampled = sample_chain(points, per_segment=10)

@@ -115,6 +115,12 @@ def test_what_is_ahead_of_a_camera_that_looks_up_lies_higher() -> None:
     np.testing.assert_allclose(pose @ [0, 0, 2, 1], [0, 1, np.sqrt(3), 1])
 
 
+def test_the_top_of_a_camera_that_looks_right_and_up_leans_to_the_left() -> None:
+    pose = pose_matrix(np.zeros(2), np.array([0.0, QUARTER]), pitch=np.deg2rad(30))
+    two_above = pose @ [0, 2, 0, 1]
+    np.testing.assert_allclose(two_above[:, :3], [[0, np.sqrt(3), -1], [-1, np.sqrt(3), 0]], atol=1e-12)
+
+
 def test_a_robot_that_turns_right_turns_by_a_negative_angle_in_ros() -> None:
     pose = convert_pose(pose_matrix(np.array([1.0, 2.0]), QUARTER, height=0.5), "unity", "ros")
     np.testing.assert_allclose(pose[:3, 3], [2, -1, 0.5])

@@ -68,6 +68,14 @@ def test_a_view_of_a_full_turn_sees_all_round(left: float, right: float) -> None
     assert not in_view(points, ORIGIN, 0.3, left, right, 0.9).any()
 
 
+def test_one_side_of_a_view_may_be_more_than_half_a_turn() -> None:
+    points = direction(np.array([3.0, 2.0, -2.0, -3.0]))
+    to_the_left = in_view(points, ORIGIN, 0.0, 4.0, 0.1, 2.0)
+    np.testing.assert_array_equal(to_the_left, [True, False, True, True])
+    to_the_right = in_view(points, ORIGIN, 0.0, 0.1, 4.0, 2.0)
+    np.testing.assert_array_equal(to_the_right, [True, True, False, True])
+
+
 def test_directly_behind_is_the_end_of_a_view_of_half_a_turn_to_the_right() -> None:
     behind = np.array([[0.0, -1.0]])
     assert in_view(behind, ORIGIN, 0.0, 0.0, np.pi, 2.0).all()
@@ -150,10 +158,15 @@ def test_the_vertical_view_ends_at_the_edges_of_a_flat_picture() -> None:
     np.testing.assert_array_equal(seen, [True, False])
 
 
-def test_behind_a_camera_nothing_is_in_the_vertical_view() -> None:
-    points = np.array([[0.0, 0.0, -1.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+def test_the_upper_and_lower_edges_are_in_the_vertical_view() -> None:
+    points = np.array([[0.0, 1.0, 1.0], [0.0, -1.0, 1.0]])
+    assert in_vertical_view(points, np.zeros(3), 0.0, 0.0, np.pi / 4, np.pi / 4).all()
+
+
+def test_behind_and_straight_above_a_camera_nothing_is_in_the_vertical_view() -> None:
+    points = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     seen = in_vertical_view(points, np.zeros(3), 0.0, 0.0, 3.0, 3.0)
-    np.testing.assert_array_equal(seen, [False, True, True])
+    np.testing.assert_array_equal(seen, [False, False, True, True])
 
 
 def test_vertical_views_of_a_batch_of_cameras() -> None:

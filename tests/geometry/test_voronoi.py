@@ -71,6 +71,12 @@ def test_a_site_outside_the_room_has_what_is_nearest_to_it() -> None:
     assert far.shape == (0, 2)
 
 
+def test_a_site_that_is_nearest_only_along_a_wall_has_no_cell() -> None:
+    inside, mirrored = voronoi_cells(np.array([[2.0, 2.0], [2.0, -2.0]]), ROOM)
+    assert area(inside) == pytest.approx(12)
+    assert mirrored.shape == (0, 2)
+
+
 def test_the_first_of_two_sites_that_coincide_has_the_cell() -> None:
     cells = voronoi_cells(np.array([[1.0, 1.0], [1.0, 1.0], [3.0, 1.0]]), ROOM)
     assert [area(cell) for cell in cells] == pytest.approx([6, 0, 6])

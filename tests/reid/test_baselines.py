@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from farm_ar.errors import OptionError, SceneError, SnapshotError
 from farm_ar.reid import (
+    BASELINES,
     DistanceReid,
     Identification,
     LastKnownReid,
@@ -28,7 +29,7 @@ from farm_ar.scenes import (
     observe_many,
 )
 
-RULES: list[Callable[[Scene], Reidentifier]] = [SpatialReid, DistanceReid, NearestReid, LastKnownReid]
+RULES: list[Callable[[Scene], Reidentifier]] = [SpatialReid, *BASELINES.values()]
 SIDE = 5 / np.sqrt(2)  # of a square room whose diagonal is 5 m
 SIZE = (0.4, 0.8, 0.5)
 
@@ -89,6 +90,10 @@ def test_every_rule_refuses_a_category_that_the_scene_does_not_declare(
     with pytest.raises(SnapshotError, match=message):
         reid.identify(seen_at(0.0, category="sofa"))
     assert reid.identify(seen_at(0.0, category=None)).labels == ("0",)
+
+
+def test_the_simpler_rules_are_known_by_name() -> None:
+    assert BASELINES == {"nearest": NearestReid, "distance": DistanceReid, "last-known": LastKnownReid}
 
 
 def test_nearest_gives_the_nearest_label_even_twice() -> None:

@@ -1,6 +1,7 @@
 """Scenes: a room and what the headset last knew of it."""
 
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -98,9 +99,9 @@ def test_a_symmetry_may_be_anything_from_none_to_a_full_turn():
 
 def test_the_objects_of_a_scene_may_be_replaced_by_some_of_them():
     room = scene(templates=(Template("table", 0, (1, 1, 1)),), symmetry={"table": np.pi})
-    assert (
-        len(scene(layout=LAYOUT.subset([0, 1]), templates=room.templates, symmetry=room.symmetry).layout) == 2
-    )
+    part = replace(room, layout=LAYOUT.subset([0, 1]))
+    assert part.layout.categories == ("chair",)
+    assert part.symmetry == room.symmetry
 
 
 def test_numbers_of_any_kind_become_plain_ones_so_that_errors_and_files_show_them_so():

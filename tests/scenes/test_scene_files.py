@@ -2,6 +2,7 @@
 
 import copy
 import json
+from dataclasses import replace
 from typing import Any
 
 import jsonschema
@@ -236,6 +237,22 @@ def test_angles_of_up_to_eleven_decimals_are_written_as_they_were_read():
     for yaw_deg in (25.71, 0.1, -179.99, 359.12345678901, 400.7):
         data = changed(("objects", 0, "yaw_deg"), yaw_deg)
         assert scene_to_dict(scene_from_dict(data))["objects"][0]["yaw_deg"] == yaw_deg
+
+
+def test_what_is_said_of_categories_that_no_object_has_is_not_written():
+    scene = scene_from_dict(EXAMPLE)
+    part = replace(scene, layout=scene.layout.subset([]))
+    data = scene_to_dict(part)
+    assert data["templates"] == []
+    assert "symmetry_deg" not in data
+    assert len(scene_from_dict(data).layout) == 0
+
+
+def test_flags_and_numbers_of_numpy_can_be_written(tmp_path):
+    path = CameraPath(np.zeros((4, 2)) + np.arange(4)[:, None], np.bool_(True))
+    scene = Scene("room", np.array([5, 4]), scene_from_dict(EXAMPLE).layout, camera_path=path)
+    save_scene(scene, tmp_path / "numpy.json")
+    assert load_scene(tmp_path / "numpy.json").camera_path.closed is True
 
 
 def test_every_value_of_a_file_is_read():

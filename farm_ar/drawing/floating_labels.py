@@ -1,0 +1,153 @@
+"""The labels that float above the buildings in the headset: in their colours, none over another."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import cv2
+import numpy as np
+
+from farm_ar.arrays import FloatArray
+from farm_ar.drawing.game_colours import INK, Colour, Image, lighter, luminance
+from farm_ar.drawing.lettering import BOLD, text_sprite
+from farm_ar.drawing.pinhole import Pinhole
+from farm_ar.drawing.pixels import paste
+from farm_ar.drawing.plates import plate_text
+from farm_ar.drawing.sprites import Sprite
+from farm_ar.game_logic.moment import Moment
+from farm_ar.geometry import direction
+
+_LETTER_PX = 13
+"""Height of the letters in a picture 480 high."""
+
+_LIGHT_ENOUGH = 0.66
+_GLASS: Colour = (22, 24, 30)
+_GLASS_ALPHA, _FRAME_ALPHA = 0.62, 0.9
+
+_APPROACH_PX, _GLIDE_PX = 24.0, 160.0
+"""How near labels come to each other sideways before one begins to rise, and how far, pixels."""
+
+_ORDER_STEP = np.deg2rad(30.0)
+
+
+def draw_floating_labels(
+    image: Image, moment: Moment, view: Pinhole, colours: tuple[Colour, ...], top: int
+) -> None:
+    """Write each label above where the game believes it, if that is in the picture.
+
+    Args:
+        image: to draw on.
+        moment: what is believed, and the counters.
+        view: the camera.
+        colours: of the labels.
+        top: rows at the top to keep free.
+    """
+    unit = image.shape[0] / 480
+    letter = max(9, round(_LETTER_PX * unit))
+    index, roof = _in_picture(moment, view, image.shape[1], image.shape[0])
+    texts = [plate_text(moment, i) for i in index]
+    half = np.array([_tag(text, INK, letter).pixels.shape[1] / 2 for text in texts])
+    middle = np.clip(roof[:, 0], half, np.maximum(image.shape[1] - half, half))
+    line = float(_tag("", INK, letter).pixels.shape[0] + 1)
+    base = stack(middle, half, roof[:, 1] - 9 * unit, line, top + line, image.shape[0] - 4.0)
+    for k, i in enumerate(index):
+        if np.isnan(base[k]):
+            continue
+        begin = (round(float(middle[k])), round(float(base[k])))
+        end = (round(float(roof[k, 0])), round(float(roof[k, 1])))
+        cv2.line(image, begin, end, INK, max(2, round(2.6 * unit)), cv2.LINE_AA)
+        cv2.line(image, begin, end, _bright(colours[i]), max(1, round(1.2 * unit)), cv2.LINE_AA)
+    for k, i in enumerate(index):
+        if np.isnan(base[k]):
+            continue
+        tag = _tag(texts[k], _bright(colours[i]), letter)
+        left = round(float(middle[k])) - tag.pixels.shape[1] // 2
+        paste(image, tag.pixels, left, round(float(base[k])) + tag.top)
+
+
+def stack(
+    middle: FloatArray, half: FloatArray, base: FloatArray, line: float, highest: float, lowest: float
+) -> FloatArray:
+    """Raise lines of text until none covers another.
+
+    Each is raised above all earlier ones that it would cover. It begins to rise before the two touch, so that
+    labels glide, not jump, when the head moves. One for which there is no room above goes below the others,
+    and is left out if there is none there either.
+
+    Args:
+        middle: (L,) columns of their middles, those of the nearest labels first.
+        half: (L,) half their widths.
+        base: (L,) rows where they would stand.
+        line: height of a line.
+        highest: the least row.
+        lowest: the largest row.
+
+    Returns:
+        (L,) rows where they stand, NaN for those left out.
+    """
+    placed = np.full(len(base), np.nan)
+    for k in range(len(base)):
+        others = np.flatnonzero(~np.isnan(placed))
+        apart = np.abs(middle[others] - middle[k]) - half[others] - half[k]
+        closeness = np.clip(1 - apart / _APPROACH_PX, 0.0, 1.0)
+        free = np.where(closeness > 0, (1 - closeness) * _GLIDE_PX, np.inf) - line
+        start = np.clip(base[k], highest, lowest)
+        row = np.min(placed[others] + free, initial=start)
+        if row < highest:
+            row = np.max(placed[others] - free, initial=start)
+        if row <= lowest:
+            placed[k] = row
+    return placed
+
+
+def _in_picture(moment: Moment, view: Pinhole, width: int, height: int) -> tuple[list[int], FloatArray]:
+    """The labels believed to be in the picture, the nearest first, and (L, 2) pixels of their roofs."""
+    layout = moment.believed
+    top = np.insert(layout.position, 1, layout.elevation + layout.size[:, 1], axis=1)
+    frame = view.frame(top)
+    pixels = view.pixels(frame)
+    near = np.linalg.norm(layout.position - moment.camera.position, axis=1) <= moment.camera.fov.range_m
+    inside = near & ((pixels >= 0) & (pixels <= [width, height + 30])).all(axis=1) & (frame[:, 2] > 0.05)
+    index = np.flatnonzero(inside & layout.movable)
+    # The order must not change with every small turn of the head.
+    ahead = direction(np.rint(view.yaw / _ORDER_STEP) * _ORDER_STEP)
+    index = index[np.argsort(layout.position[index] @ ahead, kind="stable")]
+    return [int(i) for i in index], pixels[index]
+
+
+@lru_cache(maxsize=512)
+def _tag(text: str, colour: Colour, letter: int) -> Sprite:
+    """A line of text with a thin frame on dark glass; the point that it belongs to is on the base line."""
+    words = text_sprite(text, letter, colour, BOLD, halo=_GLASS)
+    inside = round(0.34 * letter)
+    height = round(1.42 * letter)
+    width = words.pixels.shape[1] + 2 * inside
+    frame = _rounded(width, height, 0.0)[..., None]
+    glass = _rounded(width, height, 1.0)[..., None]
+    tinted = frame * np.array([*colour, 255.0]) * _FRAME_ALPHA
+    dark = glass * np.array([*_GLASS, 255.0]) * _GLASS_ALPHA
+    canvas = dark + tinted * (1 - glass)
+    top = (height - words.pixels.shape[0] + round(0.34 * letter)) // 2
+    low, rows = max(top, 0), min(height - max(top, 0), words.pixels.shape[0] - max(-top, 0))
+    ink = words.pixels[max(-top, 0) :][:rows].astype(np.float64)
+    spot = canvas[low : low + rows, inside : width - inside]
+    canvas[low : low + rows, inside : width - inside] = ink + spot * (1 - ink[..., 3:] / 255)
+    pixels = np.ascontiguousarray(np.rint(np.clip(canvas, 0, 255)), dtype=np.uint8)
+    return Sprite(pixels, 0, -round(0.72 * letter + (height - 0.72 * letter) / 2))
+
+
+def _rounded(width: int, height: int, margin: float) -> FloatArray:
+    """(height, width) how much of each pixel is in a box with round ends, `margin` pixels from the edges."""
+    finer = 4
+    mask = np.zeros((height * finer, width * finer))
+    radius = round((height / 2 - margin) * finer)
+    middle, left = height * finer // 2, radius + round(margin * finer)
+    ends = (left, middle), (width * finer - left - 1, middle)
+    cv2.line(mask, *ends, 1.0, 2 * radius)
+    smooth: FloatArray = cv2.resize(mask, (width, height), interpolation=cv2.INTER_AREA).astype(np.float64)
+    return smooth
+
+
+def _bright(colour: Colour) -> Colour:
+    """A label's colour, light enough to be read in dark outlines."""
+    return lighter(colour, max(0.0, _LIGHT_ENOUGH - luminance(colour)))

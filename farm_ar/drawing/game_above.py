@@ -1,0 +1,196 @@
+"""The table of the game from above: what stands where, what the game believes, what the headset sees."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from farm_ar.drawing import creatures, ground
+from farm_ar.drawing.buildings_above import roof
+from farm_ar.drawing.game_colours import PAPER, Image, category_colour, darker, label_colours
+from farm_ar.drawing.game_header import draw_header, draw_legend, draw_score, header_height
+from farm_ar.drawing.game_marks import draw_beliefs, draw_camera
+from farm_ar.drawing.game_small import SmallTable
+from farm_ar.drawing.lettering import BOLD, text_sprite
+from farm_ar.drawing.overlays import freeze, ice_block, outline
+from farm_ar.drawing.pixels import paste
+from farm_ar.drawing.plates import Plates, arrange, draw_leaders, draw_plate, plate_text, room_for
+from farm_ar.drawing.player import draw_hand
+from farm_ar.drawing.scenery import Scenery
+from farm_ar.drawing.sprites import paste_art
+from farm_ar.drawing.window import Window, window_on
+from farm_ar.game_logic.moment import Moment
+from farm_ar.geometry import footprint_corners, voronoi_cells
+from farm_ar.scenes import Layout, Scene
+
+_STRIP = 0.46
+"""How much of the floor before a game's table is shown, in depths of the table: there the player stands."""
+
+_LETTER_PX = 11.3
+"""Height of the letters on plates in a picture 480 high."""
+
+
+class TableFromAbove:
+    """Draws moments of a game on one scene, seen from above: x to the right, z up, the player at the bottom.
+
+    Equal moments give equal bytes.
+
+    Args:
+        scene: the table.
+        size: width and height of the pictures, pixels.
+        header: whether a bar at the top tells phase, caption and time.
+    """
+
+    def __init__(self, scene: Scene, size: tuple[int, int] = (640, 480), header: bool = True) -> None:
+        self.scene = scene
+        self.size = size
+        width, height = size
+        self.unit = height / 480
+        self._header = header_height(height) if header else 0
+        near = _STRIP * scene.size[1] if ground.is_farm(scene) else 0.0
+        self.window: Window = window_on(scene.size, width, height, self._header, near)
+        self._letter = max(9, round(_LETTER_PX * self.unit))
+        self._colours = label_colours(scene.layout.labels)
+        self._arranged: tuple[object, Plates] | None = None
+
+    def draw(self, moment: Moment, labels: bool = True, beliefs: bool = True) -> Image:
+        """The picture of a moment.
+
+        Args:
+            moment: of this drawer's scene.
+            labels: whether anything is written: plates, the bar at the top, the score.
+            beliefs: whether it shows what the game believes: plates stand where it believes the labels to be,
+                ghosts where that is not so, and what is wrong is red. Otherwise plates stand by the truth.
+
+        Returns:
+            (H, W, 3) red, green, blue.
+        """
+        image = self._background.copy()
+        frozen = moment.phase == "hand"
+        self._draw_living(image, moment)
+        self._draw_animals(image, moment, frozen)
+        self._draw_things(image, moment.truth)
+        if frozen:
+            freeze(image)
+        draw_camera(image, moment.camera, self.window)
+        if beliefs:
+            draw_beliefs(image, moment, self.window, self._colours)
+        if moment.hand is not None:
+            draw_hand(image, moment.hand, self.window)
+        if labels:
+            self._draw_labels(image, moment, beliefs)
+        return image
+
+    @cached_property
+    def _scenery(self) -> Scenery:
+        return Scenery(self.scene)
+
+    @cached_property
+    def _background(self) -> Image:
+        return self._draw_background()
+
+    @cached_property
+    def _small(self) -> SmallTable:
+        return SmallTable(self.scene, self.size)
+
+    def draw_small(self, moment: Moment, beliefs: bool) -> Image:
+        """The picture of a moment in the same size, without words, as `SmallTable` draws it."""
+        return self._small.draw(moment, beliefs)
+
+    def plates(self, moment: Moment, beliefs: bool = True) -> Plates:
+        """Where the plates stand that `draw` would draw."""
+        layout = moment.believed if beliefs else moment.truth
+        index = [int(i) for i in np.flatnonzero(layout.movable)]
+        rooms = [room_for(moment, i, self._letter, beliefs) for i in index]
+        key = (layout.position.tobytes(), layout.yaw.tobytes(), tuple(rooms))
+        if self._arranged is None or self._arranged[0] != key:
+            self._arranged = key, self._arrange(layout, index, rooms)
+        return self._arranged[1]
+
+    def _arrange(self, layout: Layout, index: list[int], rooms: list[tuple[int, int]]) -> Plates:
+        corners = self.window.pixels(footprint_corners(layout.position, layout.yaw, layout.size))
+        low, high = corners.min(axis=1), corners.max(axis=1)
+        fixed = layout.fixed
+        width, height = self.size
+        bounds = np.array([2, self._header + 2, width - 2, height - 2], dtype=np.float64)
+        avoid = np.hstack([low, high])[fixed]
+        anchor = self.window.pixels(layout.position[index])
+        boxes = arrange(np.array(rooms), anchor, ((high - low) / 2)[index], avoid, bounds)
+        return Plates(index, boxes, anchor)
+
+    def _draw_background(self) -> Image:
+        width, height = self.size
+        window = self.window
+        image = ground.floor(width, height)
+        left, bottom = window.pixels(np.zeros(2))
+        right, top = window.pixels(np.array(self.scene.size))
+        x0, y0, x1, y1 = (round(float(value)) for value in (left, top, right, bottom))
+        ground.draw_rim(image, x0, y0, x1, y1, max(3, round(7 * self.unit)))
+        image[y0:y1, x0:x1] = ground.table_top(self.scene, x1 - x0, y1 - y0)
+        self._draw_cells(image)
+        for placed in self._scenery.standing:
+            x, y = window.pixels(placed.position)
+            paste_art(image, placed.thing.above, float(x), float(y), window.scale, placed.yaw)
+        return image
+
+    def _draw_cells(self, image: Image) -> None:
+        if not self.scene.sites:
+            return
+        farm = ground.is_farm(self.scene)
+        tone = (232, 240, 214) if farm else (168, 158, 142)
+        ink, halo = (PAPER, (72, 104, 52)) if farm else (darker(tone, 0.45), ground.ROOM)
+        for cell in voronoi_cells(self.scene.site_positions, self.scene.size):
+            if len(cell):
+                outline(image, self.window.pixels(cell), tone, 1)
+        for site in self.scene.sites:
+            x, y = (float(value) for value in self.window.pixels(np.array([site.x, site.z])))
+            reach = 3 * self.unit
+            for dx, dy in ((reach, reach), (reach, -reach)):
+                ends = np.array([(x - dx, y - dy), (x + dx, y + dy)])
+                outline(image, ends, ink, 1, closed=False)
+            words = text_sprite(site.name, max(8, round(10 * self.unit)), ink, BOLD, halo)
+            paste(image, words.pixels, round(x + 4 * self.unit), round(y - 2 * self.unit) + words.top)
+
+    def _draw_living(self, image: Image, moment: Moment) -> None:
+        for placed in self._scenery.living(moment.seconds):
+            x, y = self.window.pixels(placed.position)
+            paste_art(image, placed.thing.above, float(x), float(y), self.window.scale, placed.yaw)
+
+    def _draw_animals(self, image: Image, moment: Moment, frozen: bool) -> None:
+        category = self.scene.layout.category
+        scale = self.window.scale
+        arts = [
+            creatures.bunny(colour) if kind == "hutch" else creatures.chicken(colour)
+            for colour, kind in zip(self._colours, category, strict=True)
+        ]
+        ice = ice_block(0.6 * creatures.LENGTH_M)
+        places = self.window.pixels(moment.animal).tolist()
+        turned = moment.animal_heading.tolist()
+        for (x, y), yaw, goal in zip(places, turned, moment.animal_goal.tolist(), strict=True):
+            paste_art(image, arts[goal], x, y, scale, yaw)
+            if frozen:
+                paste_art(image, ice, x, y, scale)
+
+    def _draw_things(self, image: Image, layout: Layout) -> None:
+        categories = layout.categories
+        places = self.window.pixels(layout.position).tolist()
+        # What is large lies below what is small.
+        for i in np.argsort(-layout.size[:, 0] * layout.size[:, 2], kind="stable"):
+            width, _, depth = layout.size[i].tolist()
+            colour = category_colour(layout.category[i], categories)
+            art = roof(layout.category[i], colour, width, depth)
+            x, y = places[i]
+            paste_art(image, art, x, y, self.window.scale, float(layout.yaw[i]), step=1.0)
+
+    def _draw_labels(self, image: Image, moment: Moment, beliefs: bool) -> None:
+        plates = self.plates(moment, beliefs)
+        draw_leaders(image, plates, [self._colours[i] for i in plates.index], self.unit)
+        for i, box in zip(plates.index, plates.box, strict=True):
+            wrong = beliefs and bool(moment.wrong[i])
+            draw_plate(image, plate_text(moment, i), box, self._colours[i], self._letter, wrong)
+        draw_score(image, moment, beliefs, self.unit)
+        if beliefs and ground.is_farm(self.scene):
+            draw_legend(image, self.unit)
+        if self._header:
+            draw_header(image, moment)

@@ -1,0 +1,66 @@
+"""Frames of a film of the game: the table from above beside the headset's view, under one bar."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from farm_ar.drawing.game_above import TableFromAbove
+from farm_ar.drawing.game_colours import PAPER, Image
+from farm_ar.drawing.game_header import draw_header, header_height
+from farm_ar.drawing.game_headset import HeadsetView
+from farm_ar.drawing.lettering import BOLD, text_sprite
+from farm_ar.drawing.pixels import paste
+from farm_ar.errors import OptionError
+from farm_ar.game_logic.moment import Moment
+from farm_ar.scenes import Scene
+
+_LEAST_HEIGHT = 120
+_GAP_PX = 4
+
+
+class GameFrames:
+    """Draws moments of a game as frames of a film; width and height are even.
+
+    Args:
+        scene: the table.
+        height: of the frames, pixels; the width follows.
+
+    Raises:
+        OptionError: the height is odd or below 120.
+    """
+
+    def __init__(self, scene: Scene, height: int = 480) -> None:
+        if height < _LEAST_HEIGHT or height % 2:
+            raise OptionError("height", f"must be an even number of pixels from {_LEAST_HEIGHT}", height)
+        self._bar = header_height(height)
+        pane = height - self._bar
+        wide = 2 * round(pane * 2 / 3)
+        self._above = TableFromAbove(scene, (wide, pane), header=False)
+        self._headset = HeadsetView(scene, (pane, pane), header=False)
+        self.size = (wide + _GAP_PX + pane, height)
+
+    def frame(self, moment: Moment, labels: bool = True, beliefs: bool = True) -> Image:
+        """The frame of a moment, (height, width, 3) red, green, blue.
+
+        Args:
+            moment: of this drawer's scene.
+            labels: as `TableFromAbove.draw` takes them, for the pane from above.
+            beliefs: likewise.
+        """
+        width, height = self.size
+        frame = np.full((height, width, 3), 18, np.uint8)
+        above = self._above.draw(moment, labels, beliefs)
+        headset = self._headset.draw(moment)
+        frame[self._bar :, : above.shape[1]] = above
+        frame[self._bar :, above.shape[1] + _GAP_PX :] = headset
+        draw_header(frame, moment)
+        self._name_panes(frame, above.shape[1])
+        return frame
+
+    def _name_panes(self, frame: Image, split: int) -> None:
+        unit = frame.shape[0] / 480
+        letter = max(8, round(10 * unit))
+        base = self._bar + round(14 * unit)
+        for text, x in (("from above", 7), ("through the headset", split + _GAP_PX + 7)):
+            words = text_sprite(text, letter, PAPER, BOLD, halo=(20, 22, 28))
+            paste(frame, words.pixels, round(x) + words.left, base + words.top)

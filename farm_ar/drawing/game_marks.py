@@ -1,0 +1,72 @@
+"""What is drawn over the table from above: what the headset sees, and where belief and truth differ."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from farm_ar.arrays import BoolArray
+from farm_ar.drawing.game_colours import VIEW, WRONG, Colour, Image, darker
+from farm_ar.drawing.overlays import dashed_line, outline, tint_area
+from farm_ar.drawing.player import head
+from farm_ar.drawing.sprites import paste_art
+from farm_ar.drawing.window import Window
+from farm_ar.game_logic.moment import Moment
+from farm_ar.geometry import footprint_corners, view_polygon, wrap
+from farm_ar.scenes import Camera
+
+_FAR = 0.008
+"""Distance from which belief and truth count as different, in diagonals of the table."""
+
+_TURNED = np.deg2rad(8.0)
+_HEAD_RADIUS_M = 0.05
+_LEAST_HEAD_PX = 9.0
+
+
+def draw_camera(image: Image, camera: Camera, window: Window) -> None:
+    """The field of view as a light wedge, and the player's head; one out of the picture looks in."""
+    fov, unit = camera.fov, window.height / 480
+    edges = np.array([(x, y) for x in (0, window.width) for y in (0, window.height)], dtype=np.float64)
+    farthest = float(np.linalg.norm(window.metres(edges) - camera.position, axis=1).max())
+    reach = min(fov.range_m, 1.05 * farthest)
+    wedge = view_polygon(camera.position, float(camera.yaw), fov.left, fov.right, reach, arc_points=24)
+    pixels = window.pixels(wedge)
+    tint_area(image, pixels, VIEW, 0.17)
+    outline(image, pixels, VIEW, max(1, round(1.4 * unit)))
+    grown = max(1.0, _LEAST_HEAD_PX * unit / (_HEAD_RADIUS_M * window.scale))
+    x, y = np.clip(window.pixels(camera.position), 0, [window.width, window.height])
+    scale = round(grown * window.scale, 3)
+    paste_art(image, head(), float(x), float(y), scale, float(camera.yaw), step=1.0)
+
+
+def draw_beliefs(image: Image, moment: Moment, window: Window, colours: tuple[Colour, ...]) -> None:
+    """Ghosts where a label is believed but its object is not, with a dashed line to where that is.
+
+    Args:
+        image: to draw on.
+        moment: what is true and what is believed.
+        window: what the picture shows.
+        colours: of the labels; what is wrong is red besides.
+    """
+    believed, truth = moment.believed, moment.truth
+    unit = window.height / 480
+    thick = max(1, round(1.3 * unit))
+    corners = window.pixels(footprint_corners(believed.position, believed.yaw, believed.size))
+    start, end = window.pixels(believed.position), window.pixels(truth.position)
+    for i in np.flatnonzero(differs(moment)):
+        colour, dark = colours[i], darker(colours[i], 0.6)
+        dashed_line(image, start[i], end[i], dark, thick + 2, 5 * unit)
+        dashed_line(image, start[i], end[i], colour, thick, 5 * unit)
+        tint_area(image, corners[i], colour, 0.34)
+        outline(image, corners[i], dark, thick + 2)
+        outline(image, corners[i], colour, thick)
+    for i in np.flatnonzero(moment.wrong):
+        outline(image, corners[i], WRONG, thick + 1)
+
+
+def differs(moment: Moment) -> BoolArray:
+    """(N,) labels that are wrong, or whose object is not where it is believed to be."""
+    believed, truth = moment.believed, moment.truth
+    apart = np.linalg.norm(believed.position - truth.position, axis=1)
+    turned = np.abs(wrap(believed.yaw - truth.yaw))
+    different: BoolArray = (apart > _FAR * moment.scene.diagonal) | (turned > _TURNED)
+    return different | moment.wrong

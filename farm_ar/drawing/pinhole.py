@@ -1,0 +1,103 @@
+"""The headset's camera as a pinhole: from places in space to pixels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from farm_ar.arrays import FloatArray
+from farm_ar.game_logic.headset import EYE_HEIGHT_M
+from farm_ar.geometry import camera_frame
+from farm_ar.scenes import Camera
+
+NEAR_M = 0.03
+"""What is nearer to the eye is not drawn."""
+
+_WIDEST = np.deg2rad(75.0)
+_DOWN = np.array([1.0, -1.0])
+
+
+@dataclass(frozen=True, eq=False)
+class Pinhole:
+    """A camera with a flat picture, its pixels square.
+
+    Args:
+        eye: (3,) where it is (x, y, z), metres.
+        yaw: heading, radians.
+        pitch: of the line of sight, radians, positive upwards.
+        focal: pixels for each unit of sideways over forwards.
+        middle: (2,) the pixel that the line of sight meets.
+    """
+
+    eye: FloatArray
+    yaw: float
+    pitch: float
+    focal: float
+    middle: FloatArray
+
+    @classmethod
+    def of(cls, camera: Camera, width: int, height: int) -> Pinhole:
+        """The camera's picture of that size: its left and right are those of the view, up and down follow.
+
+        A camera that does not know its height is taken to be where a player's eyes are.
+        """
+        left, right = (np.tan(min(angle, _WIDEST)) for angle in (camera.fov.left, camera.fov.right))
+        focal = width / max(left + right, 1e-3)
+        level = EYE_HEIGHT_M if camera.height is None else float(camera.height)
+        eye = np.array([camera.position[0], level, camera.position[1]])
+        middle = np.array([focal * left, height / 2])
+        return cls(eye, float(camera.yaw), float(camera.pitch), float(focal), middle)
+
+    @cached_property
+    def turn(self) -> FloatArray:
+        """(3, 3) matrix from the world's axes to the camera's own: right, up, forward in its rows."""
+        return camera_frame(np.eye(3), np.zeros(3), self.yaw, self.pitch).T
+
+    def frame(self, points: FloatArray) -> FloatArray:
+        """Points (..., 3) in the camera's own axes: right, up, forward, metres."""
+        local: FloatArray = (points - self.eye) @ self.turn.T
+        return local
+
+    def pixels(self, frame: FloatArray) -> FloatArray:
+        """(..., 2) columns and rows of points (..., 3) in the camera's own axes, before the camera."""
+        across = frame[..., :2] / np.maximum(frame[..., 2:], 1e-9)
+        place: FloatArray = self.middle + self.focal * across * _DOWN
+        return place
+
+    def polygon(self, points: FloatArray) -> FloatArray:
+        """(V, 2) pixels of the part of a polygon (U, 3), metres, that is before the camera; perhaps none."""
+        return self.pixels(before_camera(self.frame(points)))
+
+    @property
+    def horizon(self) -> float:
+        """The row at which the plane vanishes."""
+        return float(self.middle[1] + self.focal * np.tan(np.clip(self.pitch, -1.5, 1.5)))
+
+    @property
+    def plane(self) -> FloatArray:
+        """(3, 3) matrix from a place (x, z, 1) on the plane, metres, to its pixel, homogeneous."""
+        ends = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])
+        x, z, origin = self.frame(ends)
+        axes = np.stack([x - origin, z - origin, origin], axis=1)
+        u, v = self.middle
+        lens = np.array([[self.focal, 0.0, u], [0.0, -self.focal, v], [0.0, 0.0, 1.0]])
+        matrix: FloatArray = lens @ axes
+        return matrix
+
+
+def before_camera(frame: FloatArray) -> FloatArray:
+    """(V, 3) the part of a polygon (U, 3), in the camera's own axes, that is before the camera."""
+    depth = frame[:, 2] - NEAR_M
+    if (depth >= 0).all():
+        return frame
+    kept = []
+    for k in range(len(frame)):
+        following = (k + 1) % len(frame)
+        if depth[k] >= 0:
+            kept.append(frame[k])
+        if (depth[k] >= 0) != (depth[following] >= 0):
+            part = depth[k] / (depth[k] - depth[following])
+            kept.append(frame[k] + part * (frame[following] - frame[k]))
+    return np.array(kept).reshape(-1, 3)

@@ -1,0 +1,153 @@
+"""The labels' plates: each in its label's colour, near what it names, none over another."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import cv2
+import numpy as np
+
+from farm_ar.arrays import FloatArray
+from farm_ar.drawing.game_colours import PAPER, WRONG, Colour, Image, darker, legible_on
+from farm_ar.drawing.labels import place_labels
+from farm_ar.drawing.lettering import BOLD, text_sprite, text_width
+from farm_ar.drawing.pixels import Bytes, paste
+from farm_ar.game_logic.counters import label_text
+from farm_ar.game_logic.moment import Moment
+
+_GAP = 2
+"""Free pixels between plates."""
+
+
+@dataclass(frozen=True, eq=False)
+class Plates:
+    """Where the plates of a moment stand.
+
+    Args:
+        index: (P,) the labels that have a plate.
+        box: (P, 4) left, top, right, bottom of each plate, pixels.
+        anchor: (P, 2) what each points at, pixels.
+    """
+
+    index: list[int]
+    box: FloatArray
+    anchor: FloatArray
+
+
+def plate_text(moment: Moment, index: int) -> str:
+    """What stands on a label's plate: with its counter where there is one."""
+    label, category = moment.believed.labels[index], moment.believed.category[index]
+    return label if moment.counts is None else _written(label, category, int(moment.counts[index]))
+
+
+def room_for(moment: Moment, index: int, letter: int, beliefs: bool = True) -> tuple[int, int]:
+    """Width and height of a label's plate, pixels; with room for two digits, so that it seldom grows."""
+    text = plate_text(moment, index)
+    if moment.counts is not None and int(moment.counts[index]) < 10:
+        text = text.replace(f"({int(moment.counts[index])})", "(00)")
+    wrong = beliefs and bool(moment.wrong[index])
+    height = letter + max(4, letter // 2 - 1) + 2 * _frame(letter, wrong)
+    width = text_width(text, letter, BOLD) + letter - 2 + 2 * _frame(letter, wrong)
+    return width + _flag(height) * wrong, height
+
+
+def _frame(letter: int, wrong: bool) -> int:
+    """Width of a plate's frame, pixels."""
+    return max(2, round(letter / 4)) if wrong else 1
+
+
+def _flag(height: int) -> int:
+    """Width of the cross at the left end of a wrong plate, pixels."""
+    return height - 8
+
+
+def arrange(
+    size: FloatArray, anchor: FloatArray, half: FloatArray, avoid: FloatArray, bounds: FloatArray
+) -> FloatArray:
+    """Boxes for plates beside what they name, none over another while there is room.
+
+    Args:
+        size: (P, 2) width and height of each, pixels.
+        anchor: (P, 2) middles of what is named, pixels.
+        half: (P, 2) half the width and height of the boxes around it, pixels.
+        avoid: (O, 4) left, top, right, bottom of what plates should not cover besides.
+        bounds: (4,) left, top, right, bottom of the room that there is.
+
+    Returns:
+        (P, 4) left, top, right, bottom, whole pixels.
+    """
+    size = np.asarray(size, dtype=np.float64).reshape(-1, 2) + _GAP
+    # `place_labels` has its y axis upwards.
+    up = np.array([1.0, -1.0])
+    own = np.hstack([anchor * up - half, anchor * up + half])
+    others = avoid[:, [0, 3, 2, 1]] * np.array([1.0, -1.0, 1.0, -1.0])
+    obstacles = np.vstack([own, others.reshape(-1, 4)])
+    page = bounds[[0, 3, 2, 1]] * np.array([1.0, -1.0, 1.0, -1.0])
+    beside = np.full_like(anchor, np.nan)
+    middle = place_labels(anchor * up, size, half, beside, page, obstacles, np.zeros(len(obstacles)))
+    corner = np.rint(middle * up - (size - _GAP) / 2)
+    return np.hstack([corner, corner + size - _GAP])
+
+
+def draw_leaders(image: Image, plates: Plates, colours: list[Colour], unit: float) -> None:
+    """A line from each plate to what it names, ending in a dot of the label's colour."""
+    for box, anchor, colour in zip(plates.box, plates.anchor, colours, strict=True):
+        start = np.clip(anchor, box[:2] + 3, box[2:] - 3)
+        dark = darker(colour, 0.65)
+        begin, end = (tuple(int(v) for v in np.rint(point)) for point in (start, anchor))
+        cv2.line(image, begin, end, dark, max(2, round(2.6 * unit)), cv2.LINE_AA)
+        cv2.line(image, begin, end, colour, max(1, round(1.2 * unit)), cv2.LINE_AA)
+        cv2.circle(image, end, round(4 * unit), dark, -1, cv2.LINE_AA)
+        cv2.circle(image, end, round(2.8 * unit), colour, -1, cv2.LINE_AA)
+
+
+def draw_plate(image: Image, text: str, box: FloatArray, colour: Colour, letter: int, wrong: bool) -> None:
+    """One plate in its box; a wrong one has a red frame and a cross."""
+    left, top, right, bottom = (int(value) for value in box)
+    plate = _plate(text, right - left, bottom - top, colour, letter, wrong)
+    paste(image, plate, left, top)
+
+
+@lru_cache(maxsize=1024)
+def _plate(text: str, width: int, height: int, colour: Colour, letter: int, wrong: bool) -> Bytes:
+    """(height, width, 4) a plate."""
+    frame, flag = _frame(letter, wrong), _flag(height) if wrong else 0
+    rim = WRONG if wrong else darker(colour, 0.55)
+    canvas = np.zeros((height, width, 4), np.uint8)
+    radius = round(0.3 * height)
+    _rounded(canvas, 0, (*rim, 255), radius)
+    _rounded(canvas, frame, (*colour, 255), radius - frame)
+    if wrong:
+        _cross(canvas, frame, flag)
+    words = text_sprite(text, letter, legible_on(colour), BOLD)
+    left = frame + flag + (width - flag - 2 * frame - words.pixels.shape[1]) // 2
+    face = np.ascontiguousarray(canvas[..., :3])
+    paste(face, words.pixels, left + words.left, (height + round(0.72 * letter)) // 2 + words.top)
+    canvas[..., :3] = face
+    return canvas
+
+
+_written = lru_cache(maxsize=4096)(label_text)
+
+
+def _rounded(canvas: Bytes, margin: int, value: tuple[int, ...], radius: int) -> None:
+    """Fill a rectangle with round corners, `margin` pixels from the edges."""
+    height, width = canvas.shape[:2]
+    right, bottom = width - margin - 1, height - margin - 1
+    cv2.rectangle(canvas, (margin + radius, margin), (right - radius, bottom), value, -1)
+    cv2.rectangle(canvas, (margin, margin + radius), (right, bottom - radius), value, -1)
+    for x in (margin + radius, right - radius):
+        for y in (margin + radius, bottom - radius):
+            cv2.circle(canvas, (x, y), radius, value, -1)
+
+
+def _cross(canvas: Bytes, frame: int, flag: int) -> None:
+    """A white cross on red at the left end of a plate."""
+    height = canvas.shape[0]
+    arm, x, y = max(2, height // 5 - 1), frame + flag // 2, height // 2
+    cv2.rectangle(canvas, (frame, frame), (frame + flag, height - frame - 1), (*WRONG, 255), -1)
+    for slope in (-1, 1):
+        cv2.line(
+            canvas, (x - arm, y - slope * arm), (x + arm, y + slope * arm), (*PAPER, 255), 2, cv2.LINE_AA
+        )

@@ -1,0 +1,111 @@
+"""Drawings as small pictures, made once and pasted many times."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from farm_ar.arrays import FloatArray
+from farm_ar.drawing.game_colours import Colour, Image
+from farm_ar.drawing.pixels import paste
+from farm_ar.drawing.shapes import Art, Part
+
+SHIFT = 4
+"""Binary places of the coordinates that OpenCV is given."""
+
+_FINER = 4  # sprites are drawn so many times larger, then averaged
+_PHASES = 4  # positions between two pixels
+_SHADOW = 64
+
+
+class Sprite(NamedTuple):
+    """A small picture with transparency.
+
+    Args:
+        pixels: (h, w, 4) red, green, blue, each multiplied by the opacity, and the opacity.
+        left: its left edge, in pixels from the point that it belongs to.
+        top: its upper edge, likewise, downwards.
+    """
+
+    pixels: npt.NDArray[np.uint8]
+    left: int
+    top: int
+
+
+def fixed_point(pixels: FloatArray) -> npt.NDArray[np.int32]:
+    """Coordinates in pixels, (..., 2), as OpenCV wants them with `SHIFT`."""
+    return np.rint((pixels - 0.5) * (1 << SHIFT)).astype(np.int32, order="C")
+
+
+def paste_art(
+    image: Image, art: Art, x: float, y: float, scale: float, yaw: float = 0.0, step: float = 7.5
+) -> None:
+    """Draw onto a picture.
+
+    Args:
+        image: to draw on.
+        art: what to draw.
+        x: where its middle goes, pixels from the left.
+        y: the same, from the top.
+        scale: pixels a metre.
+        yaw: its heading, radians, clockwise from up the page.
+        step: degrees to which the heading is rounded.
+    """
+    heading = round(np.rad2deg(yaw) / step) * step % 360.0
+    column, row = int(np.floor(x)), int(np.floor(y))
+    sprite = _rendered(art, scale, heading, int((x - column) * _PHASES), int((y - row) * _PHASES))
+    paste(image, sprite.pixels, column + sprite.left, row + sprite.top)
+
+
+@lru_cache(maxsize=8192)
+def _rendered(art: Art, scale: float, heading: float, phase_x: int, phase_y: int) -> Sprite:
+    """A drawing at a scale, a heading in degrees and a place within the pixel, in quarters."""
+    turn = np.deg2rad(heading)
+    # Ahead is up the page, where rows fall.
+    to_page = scale * np.array([[np.cos(turn), np.sin(turn)], [np.sin(turn), -np.cos(turn)]])
+    phase = (np.array([phase_x, phase_y]) + 0.5) / _PHASES
+    placed = [(part.points @ to_page.T + phase, part) for part in art.parts]
+    every = np.concatenate([points for points, _ in placed])
+    widest = max(part.width for part in art.parts)
+    reach = scale * (widest / 2 + art.outline + art.shadow) + 1.5
+    low = np.floor(every.min(axis=0) - reach).astype(int)
+    width, height = (np.ceil(every.max(axis=0) + reach) - low).astype(int)
+    canvas = np.zeros((height * _FINER, width * _FINER, 4), np.uint8)
+    outlines = [((points - low) * _FINER, part) for points, part in placed]
+    if art.shadow:
+        fall = art.shadow * scale * _FINER * np.array([0.8, 0.6])
+        for points, part in outlines:
+            _draw(canvas, points + fall, part, (0, 0, 0), _SHADOW, scale, 0.0)
+    if art.outline:
+        for points, part in outlines:
+            _draw(canvas, points, part, art.ink, 255, scale, art.outline)
+    for points, part in outlines:
+        _draw(canvas, points, part, part.colour, part.alpha, scale, 0.0)
+    pixels = cv2.resize(canvas, (int(width), int(height)), interpolation=cv2.INTER_AREA)
+    return Sprite(np.ascontiguousarray(pixels, dtype=np.uint8), int(low[0]), int(low[1]))
+
+
+def _draw(
+    canvas: npt.NDArray[np.uint8],
+    points: FloatArray,
+    part: Part,
+    colour: Colour,
+    alpha: int,
+    scale: float,
+    swell: float,
+) -> None:
+    """Fill a part on the finer canvas, made wider by `swell` metres all round."""
+    value = (*(channel * alpha // 255 for channel in colour), alpha)
+    corners = [fixed_point(points)]
+    if part.width:
+        thickness = max(1, round((part.width + 2 * swell) * scale * _FINER))
+        cv2.polylines(canvas, corners, False, value, thickness, cv2.LINE_8, SHIFT)
+        return
+    cv2.fillPoly(canvas, corners, value, cv2.LINE_8, SHIFT)
+    if swell:
+        thickness = max(1, round(2 * swell * scale * _FINER))
+        cv2.polylines(canvas, corners, True, value, thickness, cv2.LINE_8, SHIFT)

@@ -1,0 +1,97 @@
+"""Starting layouts: how far they stray from the scene's own, by name."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from farm_ar.arrays import FloatArray, IntArray
+from farm_ar.envs.placing import place_in_turn
+from farm_ar.geometry import footprints_overlap, wrap
+from farm_ar.scenes import Layout, Scene
+
+FARM_DIAGONAL_M = float(np.hypot(1.2, 0.8))
+"""Lengths are given for the farm's table and scaled to the diagonal of other scenes."""
+
+SPREADS = {"easy": (0.02, np.deg2rad(6.0)), "default": (0.05, np.deg2rad(15.0))}
+"""SD of position, metres on the farm, and of yaw, radians."""
+
+HARD_SEPARATION_M = 0.13
+YAW_LIMIT = float(np.deg2rad(30.0))
+GAP_M = 0.005
+"""Room left between two footprints."""
+
+TRIES = 50
+"""Poses tried for an object before all are taken up and placed anew."""
+
+RESTARTS = 100
+
+
+def unit_of(scene: Scene) -> float:
+    """How much larger a scene is than the farm's table, by diagonal."""
+    return scene.diagonal / FARM_DIAGONAL_M
+
+
+class StartingLayouts:
+    """A scene's layout with its movable objects strewn about.
+
+    "none" leaves them; "easy" and "default" add normal noise to their places (SD .02 and .05 m) and headings
+    (SD 6 and 15 degrees); "hard" draws places anywhere, .13 m apart or as far as there is room, and headings
+    within 30 degrees of 0. All stay in the room. Objects whose footprints are apart in the scene's own layout
+    stay so; where no such layout is found, it is the scene's own.
+
+    Args:
+        scene: the room.
+        jitter: one of those names.
+    """
+
+    def __init__(self, scene: Scene, jitter: str) -> None:
+        layout, unit = scene.layout, unit_of(scene)
+        self._scene, self._jitter, self._unit = scene, jitter, unit
+        self._movable = np.flatnonzero(layout.movable)
+        diagonal = np.hypot(layout.size[:, 0], layout.size[:, 2])
+        self._edge = np.minimum(diagonal[:, None] / 2, np.divide(scene.size, 2))
+        wider = layout.size + np.array([2 * GAP_M, 0.0, 2 * GAP_M])
+        place, turned = layout.position[:, None], layout.yaw[:, None]
+        overlap = footprints_overlap(place, turned, wider[:, None], layout.position, layout.yaw, layout.size)
+        self._keeps_clear = ~overlap | (jitter == "hard")
+        apart = HARD_SEPARATION_M * unit if jitter == "hard" else 0.0
+        self._apart: FloatArray = np.array([apart * 0.9 ** (t // (TRIES // 10)) for t in range(TRIES)])
+
+    def draw(self, rng: np.random.Generator) -> Layout:
+        """One at random."""
+        layout = self._scene.layout
+        if self._jitter == "none":
+            return layout
+        for _ in range(RESTARTS):
+            turns = rng.permutation(self._movable)
+            tries = self._anywhere(turns, rng) if self._jitter == "hard" else self._strewn(turns, rng)
+            position, yaw, placed = layout.position.copy(), layout.yaw.copy(), layout.fixed.copy()
+            size, clear = layout.size.copy(), self._keeps_clear
+            if place_in_turn(turns, tries, position, yaw, size, placed, clear, GAP_M, self._apart):
+                return layout.with_poses(position, yaw)
+        return layout
+
+    def _strewn(self, turns: IntArray, rng: np.random.Generator) -> FloatArray:
+        """(K, T, 3) poses near the scene's own.
+
+        A heading near 0 stays within 30 degrees of it: were any allowed, turning alone would fool the rule.
+        """
+        layout, (metres, radians) = self._scene.layout, SPREADS[self._jitter]
+        tries = rng.normal(size=(len(turns), TRIES, 3)) * [metres * self._unit, metres * self._unit, radians]
+        tries[..., :2] += layout.position[turns, None]
+        home = layout.yaw[turns, None]
+        turned = wrap(tries[..., 2] + home)
+        near = np.abs(wrap(home)) <= YAW_LIMIT
+        tries[..., 2] = np.where(near, np.clip(turned, -YAW_LIMIT, YAW_LIMIT), turned)
+        return self._inside(tries, turns)
+
+    def _anywhere(self, turns: IntArray, rng: np.random.Generator) -> FloatArray:
+        """(K, T, 3) poses all over the room."""
+        low, high = [0.0, 0.0, -YAW_LIMIT], [*self._scene.size, YAW_LIMIT]
+        return self._inside(rng.uniform(low, high, (len(turns), TRIES, 3)), turns)
+
+    def _inside(self, tries: FloatArray, turns: IntArray) -> FloatArray:
+        """The poses, moved so far into the room that the objects fit however they are turned."""
+        edge = self._edge[turns, None]
+        tries[..., :2] = np.clip(tries[..., :2], edge, self._scene.size - edge)
+        return tries

@@ -1,0 +1,105 @@
+"""The options of the environment: what may be chosen, by name, and what is checked before anything starts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from numbers import Integral, Real
+
+import numpy as np
+
+from farm_ar.envs.perceptions import perception_of
+from farm_ar.envs.reids import reid_factory
+from farm_ar.errors import OptionError, known_name
+from farm_ar.game_logic.headset import FIELDS_OF_VIEW
+from farm_ar.game_logic.perception import Perception
+from farm_ar.game_logic.tracker import ReidFactory
+from farm_ar.scenes import Scene
+
+CONTROLS: dict[str, tuple[str, ...]] = {
+    "move": ("displacement", "slot", "continuous"),
+    "hand": ("velocity",),
+    "layout": ("offsets",),
+}
+"""The ways to play, and the actions of each, the default first."""
+
+OBSERVATIONS = ("state", "pixels")
+KNOWLEDGE = ("white-box", "black-box")
+REWARDS = ("identity", "margin", "miscount", "endpoint")
+JITTERS = ("none", "easy", "default", "hard")
+
+
+@dataclass(frozen=True)
+class EnvOptions:
+    """What may be chosen of `FarmToTableEnv`; its docstring says what each does.
+
+    Numbers become Python's own, and `action` the control's first where none is given.
+
+    Raises:
+        OptionError: a name is not known, or a number is out of its limits.
+    """
+
+    scene: str | Scene = "farm"
+    control: str = "move"
+    action: str | None = None
+    observation: str = "state"
+    knowledge: str = "white-box"
+    reward: str = "identity"
+    sign: int = 1
+    effort_weight: float = 0.25
+    reid: str | ReidFactory = "spatial"
+    perception: str | Perception = "oracle"
+    budget_m: float = 0.6
+    budget_rad: float = float(np.pi / 2)
+    budget: float | None = None
+    visits: int = 1
+    moves: int = 6
+    hand_seconds: float = 12.0
+    jitter: str = "default"
+    play_seconds: float = 5.0
+    head_noise_deg: float = 0.0
+    fov: str = "photo"
+    game: bool = True
+
+    def __post_init__(self) -> None:
+        known_name("control", self.control, CONTROLS)
+        actions = CONTROLS[self.control]
+        action = actions[0] if self.action is None else self.action
+        object.__setattr__(self, "action", known_name("action", action, actions))
+        known_name("observation", self.observation, OBSERVATIONS)
+        known_name("knowledge", self.knowledge, KNOWLEDGE)
+        known_name("reward", self.reward, REWARDS)
+        known_name("jitter", self.jitter, JITTERS)
+        known_name("fov", self.fov, FIELDS_OF_VIEW)
+        reid_factory(self.reid)
+        perception_of(self.perception)
+        for name in ("visits", "moves"):
+            self._make_int(name, lowest=1, expected="must be a whole number not below 1")
+        self._make_int("sign", lowest=-1, expected="must be 1 (an adversary) or -1 (a helper)")
+        self._check("sign", self.sign != 0 and self.sign <= 1, "must be 1 (an adversary) or -1 (a helper)")
+        for name in ("budget_m", "budget_rad", "hand_seconds"):
+            self._make_float(name, zero=False, expected="must be a positive number")
+        for name in ("effort_weight", "play_seconds", "head_noise_deg"):
+            self._make_float(name, zero=True, expected="must be a number not below 0")
+        if self.budget is not None:
+            self._make_float("budget", zero=False, expected="must be a positive number, or None")
+        self._check("game", isinstance(self.game, bool), "must be True or False")
+        if not self.game:
+            self._check("control", self.control == "layout", 'must be "layout" without the game')
+            known = self.reward != "miscount"
+            self._check("reward", known, "must be identity, margin or endpoint without the game")
+
+    def _make_int(self, name: str, lowest: int, expected: str) -> None:
+        value = getattr(self, name)
+        right = isinstance(value, Integral) and not isinstance(value, bool)
+        self._check(name, right and int(value) >= lowest, expected)
+        object.__setattr__(self, name, int(value))
+
+    def _make_float(self, name: str, zero: bool, expected: str) -> None:
+        value = getattr(self, name)
+        right = isinstance(value, Real) and not isinstance(value, bool) and bool(np.isfinite(float(value)))
+        self._check(name, right and (value > 0 or (zero and value == 0)), expected)
+        object.__setattr__(self, name, float(value))
+
+    def _check(self, name: str, right: bool, expected: str) -> None:
+        if not right:
+            raise OptionError(name, expected, getattr(self, name))

@@ -1,0 +1,77 @@
+"""Placing objects one after the other, each where it keeps clear of those before it."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from farm_ar.arrays import BoolArray, FloatArray, IntArray
+
+
+@numba.njit(cache=True, nogil=True)
+def place_in_turn(
+    turns: IntArray,
+    tries: FloatArray,
+    position: FloatArray,
+    yaw: FloatArray,
+    size: FloatArray,
+    placed: BoolArray,
+    keeps_clear: BoolArray,
+    gap: float,
+    apart: FloatArray,
+) -> bool:
+    """Give each object the first of its poses that keeps clear of all that have theirs.
+
+    Args:
+        turns: (K,) the objects to place, in this order.
+        tries: (K, T, 3) x, z and yaw of the poses to try for each.
+        position: (N, 2) centres of all objects, metres; changed in place.
+        yaw: (N,) their headings, radians; changed in place.
+        size: (N, 3) width, height, depth, metres.
+        placed: (N,) objects that have their pose; changed in place.
+        keeps_clear: (N, N) pairs that must not overlap.
+        gap: how far from one another the footprints of those must be, metres.
+        apart: (T,) how far from one another all centres must be at each try, metres.
+
+    Returns:
+        Whether each found one; the first that did not is left as it was, and so are those after it.
+    """
+    for k in range(len(turns)):
+        i = turns[k]
+        found = False
+        for t in range(tries.shape[1]):
+            x, z, heading = tries[k, t]
+            fits = True
+            for j in range(len(placed)):
+                if not placed[j]:
+                    continue
+                dx, dz = position[j, 0] - x, position[j, 1] - z
+                if dx * dx + dz * dz < apart[t] ** 2 or (
+                    keeps_clear[i, j]
+                    and boxes_overlap(dx, dz, heading, yaw[j], size[i] / 2 + gap, size[j] / 2)
+                ):
+                    fits = False
+                    break
+            if fits:
+                position[i, 0], position[i, 1], yaw[i] = x, z, heading
+                placed[i] = found = True
+                break
+        if not found:
+            return False
+    return True
+
+
+@numba.njit(cache=True, nogil=True)
+def boxes_overlap(
+    dx: float, dz: float, yaw: float, other_yaw: float, half: FloatArray, other_half: FloatArray
+) -> bool:
+    """Whether a footprint overlaps another whose centre is (dx, dz) away; half sizes (3,), by separating axes."""
+    cosine, sine = abs(np.cos(other_yaw - yaw)), abs(np.sin(other_yaw - yaw))
+    for heading, own, others in ((yaw, half, other_half), (other_yaw, other_half, half)):
+        right = abs(dx * np.cos(heading) - dz * np.sin(heading))
+        forward = abs(dx * np.sin(heading) + dz * np.cos(heading))
+        if right >= own[0] + others[0] * cosine + others[2] * sine:
+            return False
+        if forward >= own[2] + others[0] * sine + others[2] * cosine:
+            return False
+    return True

@@ -1,0 +1,121 @@
+"""What an environment's moves act on: the farm with its physics and game, or any scene as plain poses."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from farm_ar.arrays import FloatArray
+from farm_ar.game_logic.farm_game import Phase
+from farm_ar.game_logic.moment import Moment
+from farm_ar.game_logic.motion import Motion
+from farm_ar.game_logic.tracker import Sighting, Tracker
+from farm_ar.geometry import wrap
+from farm_ar.scenes import Camera, Layout
+
+
+class World(Protocol):
+    """The part of `FarmGame` that the environment plays with."""
+
+    camera: Camera
+    phase: Phase
+    tracker: Tracker
+
+    @property
+    def truth(self) -> Layout:
+        """Where everything really is."""
+        ...
+
+    @property
+    def miscounts(self) -> int:
+        """Animals so far that did not get into the building of their colour."""
+        ...
+
+    def begin_visit(self, camera: Camera | None = None) -> None:
+        """The hand comes."""
+        ...
+
+    def move(self, index: int, displacement: FloatArray, turn: float) -> Motion:
+        """Move one object."""
+        ...
+
+    def end_visit(self, camera: Camera | None = None) -> Sighting:
+        """The hand has left; a snapshot is taken."""
+        ...
+
+    def play(self, seconds: float) -> None:
+        """Let time pass."""
+        ...
+
+    def moment(self, caption: str = "") -> Moment:
+        """All there is to see now."""
+        ...
+
+    def state(self) -> list[FloatArray]:
+        """All that may change, as arrays."""
+        ...
+
+
+class PlainScene:
+    """Any scene without physics and without the game: a move sets a pose, within the room.
+
+    Args:
+        layout: where everything is at the start.
+        camera: the first visit's.
+        tracker: keeps the belief.
+        rng: where the randomness comes from.
+    """
+
+    miscounts = 0
+
+    def __init__(self, layout: Layout, camera: Camera, tracker: Tracker, rng: np.random.Generator) -> None:
+        self.camera, self.tracker, self.phase = camera, tracker, Phase.PLAY
+        self._position, self._yaw, self._rng = layout.position.copy(), layout.yaw.copy(), rng
+        self._truth: Layout | None = layout
+
+    @property
+    def truth(self) -> Layout:
+        """Where everything really is."""
+        if self._truth is None:
+            self._truth = self.tracker.scene.layout.with_poses(self._position, self._yaw)
+        return self._truth
+
+    def begin_visit(self, camera: Camera | None = None) -> None:
+        """From now on this camera looks."""
+        self.camera, self.phase = camera or self.camera, Phase.HAND
+
+    def move(self, index: int, displacement: FloatArray, turn: float) -> Motion:
+        """Set one object's pose; its pivot stays in the room."""
+        before = self._position[index].copy()
+        self._position[index] = np.clip(before + displacement, 0.0, self.tracker.scene.size)
+        self._yaw[index] += turn
+        self._truth = None
+        metres = float(np.linalg.norm(self._position[index] - before))
+        return Motion(metres, float(np.abs(wrap(np.asarray(turn)))))
+
+    def end_visit(self, camera: Camera | None = None) -> Sighting:
+        """Take a snapshot and believe the identification."""
+        self.phase = Phase.PLAY
+        return self.tracker.look(self.truth, camera or self.camera, self._rng)
+
+    def play(self, seconds: float) -> None:
+        """Nothing plays here."""
+
+    def moment(self, caption: str = "") -> Moment:
+        """All there is to see now."""
+        scene, belief = self.tracker.scene, self.tracker.belief
+        return Moment(
+            scene,
+            self.truth,
+            belief.layout,
+            belief.wrong,
+            self.camera,
+            phase=self.phase.value,
+            caption=caption,
+        )
+
+    def state(self) -> list[FloatArray]:
+        """All that may change, as arrays."""
+        poses = [self._position, self._yaw, self.camera.position, self.camera.yaw]
+        return [*poses, *self.tracker.belief.state()]

@@ -1,0 +1,1 @@
+"""The game: tabletop, hand, animals, belief and counters."""

@@ -1,0 +1,60 @@
+"""The score board: animals that got in, by label, and what the referee knows of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from farm_ar.arrays import IntArray
+
+NOTHING = -1
+"""The building of an animal that came to the end of its path where nothing stands."""
+
+
+@dataclass
+class Counters:
+    """Counts for N labels, all starting at 0.
+
+    Attributes:
+        counted: (N,) what the game shows: animals of the label's colour that got into a building.
+        misplaced: (N,) those of them that got into another label's building.
+        stranded: (N,) animals that arrived where nothing stands, and were not counted.
+    """
+
+    counted: IntArray
+    misplaced: IntArray
+    stranded: IntArray
+
+    @classmethod
+    def zero(cls, n: int) -> Counters:
+        """Counters of `n` labels before anything has happened."""
+        return cls(*(np.zeros(n, dtype=np.int64) for _ in range(3)))
+
+    def add(self, goal: IntArray, building: IntArray) -> None:
+        """Count arrivals.
+
+        Args:
+            goal: (K,) the label whose colour each animal has.
+            building: (K,) the building that it got into, or `NOTHING`.
+        """
+        inside = building != NOTHING
+        np.add.at(self.counted, goal[inside], 1)
+        np.add.at(self.misplaced, goal[inside & (building != goal)], 1)
+        np.add.at(self.stranded, goal[~inside], 1)
+
+    @property
+    def miscounts(self) -> int:
+        """Animals that did not get into the building of their colour."""
+        return int(self.misplaced.sum() + self.stranded.sum())
+
+
+ANIMALS = {"coop": "Chicken", "hutch": "Bunny"}
+"""The animal that lives in each category of building."""
+
+
+def label_text(label: str, category: str, count: int) -> str:
+    """A label as the game shows it: "Yellow Chicken Coop (22)" for "yellow-coop"."""
+    colour = label.removesuffix(f"-{category}")
+    words = [colour, ANIMALS.get(category, ""), category if colour != label else ""]
+    return f"{' '.join(word.capitalize() for word in words if word)} ({count})"

@@ -1,0 +1,461 @@
+"""Compiled kernels of the animals: arc length along cubic Béziers, and the first footprint on the way.
+
+A curve is worked with as its polynomials: x(t) = p[0] + p[1] t + p[2] t² + p[3] t³, and z(t) alike with p[4]
+to p[7]. Its arc length is tabulated at up to KNOTS parameters, closer together where it nearly stops (at a
+cusp), so that lengths are right to rounding everywhere. Where a curve enters a footprint is solved for, not
+stepped up to: no corner is clipped so slightly that it is missed.
+
+All in one module, because Numba's cache on disk does not notice a change in a kernel of another one.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from farm_ar.arrays import BoolArray, FloatArray, IntArray
+
+KNOTS = 64
+"""Entries of a table of arc length: room for some even steps and for many where a curve nearly stops."""
+
+RUNNING, NOWHERE = -2, -1
+"""In place of a building: still on the way; come to the end of the curve inside nothing."""
+
+Polynomial = tuple[float, float, float, float, float, float, float, float]
+
+_EVEN_STEPS = 8
+_TOLERANCE = 1e-14  # error of a table's step, as a part of the length around the control points
+_ROUNDING = 1e-12  # metres that do not count
+_CONVERGED = 1e-8  # a step of Newton's method this small leaves an error of rounding
+
+# Eight-point Gauss-Legendre quadrature on [0, 1].
+_NODES, _WEIGHTS = (1 + np.polynomial.legendre.leggauss(8)[0]) / 2, np.polynomial.legendre.leggauss(8)[1] / 2
+
+
+@numba.njit(cache=True, nogil=True)
+def polynomial(curve: FloatArray) -> Polynomial:
+    """Coefficients of a curve of control points (4, 2)."""
+    x0, x1, x2, x3 = curve[0, 0], curve[1, 0], curve[2, 0], curve[3, 0]
+    z0, z1, z2, z3 = curve[0, 1], curve[1, 1], curve[2, 1], curve[3, 1]
+    xb, xc, xd = 3 * (x1 - x0), 3 * (x2 - 2 * x1 + x0), x3 - x0 - 3 * (x2 - x1)
+    zb, zc, zd = 3 * (z1 - z0), 3 * (z2 - 2 * z1 + z0), z3 - z0 - 3 * (z2 - z1)
+    return x0, xb, xc, xd, z0, zb, zc, zd
+
+
+@numba.njit(cache=True, nogil=True)
+def speed(p: Polynomial, t: float) -> float:
+    """Length of a curve's derivative, metres per unit of the parameter."""
+    x, z = p[1] + t * (2 * p[2] + 3 * p[3] * t), p[5] + t * (2 * p[6] + 3 * p[7] * t)
+    length: float = np.sqrt(x * x + z * z)
+    return length
+
+
+@numba.njit(cache=True, nogil=True)
+def stretch(p: Polynomial, begin: float, end: float) -> float:
+    """Length of a curve between two parameters by one quadrature, metres."""
+    total = 0.0
+    for k in range(len(_NODES)):
+        t = begin + (end - begin) * _NODES[k]
+        total += _WEIGHTS[k] * speed(p, t)
+    return (end - begin) * total
+
+
+@numba.njit(cache=True, nogil=True)
+def turning_points(b: float, c: float, d: float) -> tuple[float, float]:
+    """Where from -1 to 1 b + 2 c t + 3 d t² is zero; 2, beyond every curve, for a root that is not there."""
+    inside = c * c - 3 * b * d
+    if inside < 0:
+        return 2.0, 2.0
+    q = -(c + np.copysign(np.sqrt(inside), c))
+    first = q / (3 * d) if d != 0 and abs(q) <= abs(3 * d) else 2.0
+    return first, b / q if q != 0 and abs(b) <= abs(q) else 2.0
+
+
+@numba.njit(cache=True, nogil=True)
+def measure(
+    curve: FloatArray, along: FloatArray, parameter: FloatArray, knot: FloatArray, travelled: FloatArray
+) -> None:
+    """Tabulate the arc length of curves: steps are halved until two quadratures agree with one.
+
+    The first steps end where x or z turns round, too. An exact cusp is such a place, and a quadrature across
+    it may be wrong without showing it.
+
+    Args:
+        curve: (A, 4, 2) control points, metres.
+        along: (A,) how far along them the animals are, metres.
+        parameter: (A,) filled with the parameters there.
+        knot: (A, KNOTS) filled with parameters rising from 0 to 1, then 1 to the end.
+        travelled: (A, KNOTS) filled with the length up to each, metres.
+    """
+    ends = np.empty(KNOTS)
+    for a in range(len(curve)):
+        p = polynomial(curve[a])
+        around = 0.0
+        for i in range(3):
+            around += np.hypot(curve[a, i + 1, 0] - curve[a, i, 0], curve[a, i + 1, 1] - curve[a, i, 1])
+        for i in range(_EVEN_STEPS):
+            ends[i] = 1 - i / _EVEN_STEPS
+        waiting, used = _EVEN_STEPS, 1
+        x_turns, z_turns = turning_points(p[1], p[2], p[3]), turning_points(p[5], p[6], p[7])
+        for turn in (x_turns[0], x_turns[1], z_turns[0], z_turns[1]):
+            if 0 < turn < 1:
+                place = waiting
+                while ends[place - 1] < turn:
+                    ends[place] = ends[place - 1]
+                    place -= 1
+                ends[place] = turn
+                waiting += 1
+        begin = length = 0.0
+        knot[a, 0] = travelled[a, 0] = 0.0
+        while waiting > 0:
+            end = ends[waiting - 1]
+            middle = (begin + end) / 2
+            step = stretch(p, begin, end)
+            error = abs(step - stretch(p, begin, middle) - stretch(p, middle, end))
+            if error > _TOLERANCE * around and used + waiting < KNOTS:
+                ends[waiting] = middle
+                waiting += 1
+                continue
+            length += step
+            knot[a, used], travelled[a, used] = end, length
+            begin = end
+            used += 1
+            waiting -= 1
+        knot[a, used:], travelled[a, used:] = 1.0, length
+        parameter[a] = parameter_at(p, knot[a], travelled[a], max(along[a], 0.0))
+
+
+@numba.njit(cache=True, nogil=True)
+def last_below(values: FloatArray, value: float) -> int:
+    """Index of the last of rising values (K,) that is not above `value`, at most K - 2."""
+    i = 0  # from the front: most tables have few steps
+    while i < len(values) - 2 and values[i + 1] <= value:
+        i += 1
+    return i
+
+
+@numba.njit(cache=True, nogil=True)
+def length_at(p: Polynomial, knot: FloatArray, travelled: FloatArray, t: float) -> float:
+    """Length of a curve up to a parameter, by its table (KNOTS,), metres."""
+    i = last_below(knot, t)
+    length: float = travelled[i] + stretch(p, knot[i], t)
+    return length
+
+
+@numba.njit(cache=True, nogil=True)
+def parameter_at(p: Polynomial, knot: FloatArray, travelled: FloatArray, length: float) -> float:
+    """Parameter at which a curve is so many metres long, by its table (KNOTS,); 1 beyond its end.
+
+    Between two entries of the table the first guess takes the speed to change evenly; then Newton's method,
+    by bisection where that would leave the two.
+    """
+    if length >= travelled[-1]:
+        return 1.0
+    i = last_below(travelled, length)
+    low: float = knot[i]
+    high: float = knot[i + 1]
+    wanted = length - travelled[i]
+    if wanted <= 0:
+        return low
+    part = wanted / (travelled[i + 1] - travelled[i])
+    slow, fast = speed(p, low), speed(p, high)
+    lean = (fast - slow) / (fast + slow) if fast + slow > 0 else 0.0
+    root: float = np.sqrt(max((1 - lean) ** 2 + 4 * lean * part, 0.0))
+    t: float = low + (high - low) * 2 * part / (1 - lean + root)
+    while True:
+        excess = stretch(p, knot[i], t) - wanted
+        if excess > 0:
+            high = t
+        else:
+            low = t
+        here = speed(p, t)
+        step = -excess / here if here > 0 else 2.0
+        if abs(step) <= _CONVERGED:
+            return min(max(t + step, low), high)
+        t = t + step if low < t + step < high else (low + high) / 2
+        if not low < t < high:
+            return t
+
+
+@numba.njit(cache=True, nogil=True)
+def strip_entry(a: float, b: float, c: float, d: float, half: float, begin: float, end: float) -> float:
+    """First parameter at which a cubic, monotone from `begin` to `end`, is within ±half; 2 for never."""
+    first, last = a + begin * (b + begin * (c + begin * d)), a + end * (b + end * (c + end * d))
+    if abs(first) <= half:
+        return begin
+    side = 1.0 if first > 0 else -1.0
+    level = side * half
+    if side * (last - level) > 0:
+        return 2.0
+    low, high = begin, end
+    t = begin + (end - begin) * (level - first) / (last - first)
+    for _ in range(100):
+        outside = side * (a + t * (b + t * (c + t * d)) - level)
+        if outside > 0:
+            low = t
+        else:
+            high = t
+        slope = side * (b + t * (2 * c + 3 * d * t))
+        after = t - outside / slope if slope < 0 else 2.0
+        if abs(after - t) <= 1e-16:
+            break
+        t = after if low < after < high else (low + high) / 2
+        if not low < t < high:
+            return high
+    return t
+
+
+@numba.njit(cache=True, nogil=True)
+def footprint_entry(p: Polynomial, begin: float, end: float, box: FloatArray) -> float:
+    """First parameter from `begin` to `end` at which a curve is in a footprint, edges included; 2 for never.
+
+    In the footprint's own axes the curve is cut where either coordinate turns round. On each piece both are
+    monotone: each enters its strip at most once, and the later of the two enters the footprint, if the other
+    has not left by then.
+
+    Args:
+        p: the curve.
+        begin: where to look from.
+        end: where to look to.
+        box: (8,) a row of `boxes`.
+    """
+    x, z, sine, cosine, half_width, half_depth = box[0], box[1], box[2], box[3], box[4], box[5]
+    xa, xb = cosine * (p[0] - x) - sine * (p[4] - z), cosine * p[1] - sine * p[5]
+    xc, xd = cosine * p[2] - sine * p[6], cosine * p[3] - sine * p[7]
+    za, zb = sine * (p[0] - x) + cosine * (p[4] - z), sine * p[1] + cosine * p[5]
+    zc, zd = sine * p[2] + cosine * p[6], sine * p[3] + cosine * p[7]
+    x_turns, z_turns = turning_points(xb, xc, xd), turning_points(zb, zc, zd)
+    while True:
+        stop = end
+        for turn in (x_turns[0], x_turns[1], z_turns[0], z_turns[1]):
+            if begin < turn < stop:
+                stop = turn
+        t = strip_entry(xa, xb, xc, xd, half_width, begin, stop)
+        if t <= stop:
+            t = max(t, strip_entry(za, zb, zc, zd, half_depth, begin, stop))
+        if t <= stop:
+            across, ahead = xa + t * (xb + t * (xc + t * xd)), za + t * (zb + t * (zc + t * zd))
+            if abs(across) <= half_width + _ROUNDING and abs(ahead) <= half_depth + _ROUNDING:
+                return t
+        if stop >= end:
+            return 2.0
+        begin = stop
+
+
+@numba.njit(cache=True, nogil=True)
+def boxes(position: FloatArray, yaw: FloatArray, size: FloatArray, obstacles: BoolArray) -> FloatArray:
+    """Footprints of N buildings as `footprint_entry` wants them.
+
+    Returns:
+        (N, 8) x and z of the centre, sine and cosine of the yaw, half the width and half the depth, how far
+        the footprint reaches along x and along z; nowhere (NaN) for those that are no obstacles.
+    """
+    box = np.full((len(yaw), 8), np.nan)
+    for i in range(len(yaw)):
+        if obstacles[i]:
+            sine, cosine = np.sin(yaw[i]), np.cos(yaw[i])
+            width, depth = size[i, 0] / 2, size[i, 2] / 2
+            box[i, 0], box[i, 1], box[i, 2], box[i, 3] = position[i, 0], position[i, 1], sine, cosine
+            box[i, 4], box[i, 5] = width, depth
+            box[i, 6] = abs(cosine) * width + abs(sine) * depth + _ROUNDING
+            box[i, 7] = abs(sine) * width + abs(cosine) * depth + _ROUNDING
+    return box
+
+
+@numba.njit(cache=True, nogil=True)
+def hull(a: float, b: float, c: float, d: float, begin: float, end: float) -> tuple[float, float]:
+    """Least and greatest control point of a cubic's part from `begin` to `end`: it stays between the two."""
+    third = (end - begin) / 3
+    first, last = a + begin * (b + begin * (c + begin * d)), a + end * (b + end * (c + end * d))
+    second = first + third * (b + begin * (2 * c + 3 * d * begin))
+    before_last = last - third * (b + end * (2 * c + 3 * d * end))
+    return min(first, second, before_last, last), max(first, second, before_last, last)
+
+
+@numba.njit(cache=True, nogil=True)
+def first_building(p: Polynomial, begin: float, end: float, box: FloatArray) -> tuple[int, float]:
+    """The first of the footprints (N, 8) that a curve is in from `begin` to `end`, and at which parameter.
+
+    NOWHERE and 2 if there is none; of several at once the one with the least index.
+    """
+    first, entry = NOWHERE, 2.0
+    least_x, most_x = hull(p[0], p[1], p[2], p[3], begin, end)
+    least_z, most_z = hull(p[4], p[5], p[6], p[7], begin, end)
+    for i in range(len(box)):
+        x, z, reach_x, reach_z = box[i, 0], box[i, 1], box[i, 6], box[i, 7]
+        if (
+            x - reach_x <= most_x
+            and x + reach_x >= least_x
+            and z - reach_z <= most_z
+            and z + reach_z >= least_z
+        ):
+            t = footprint_entry(p, begin, min(end, entry), box[i])
+            if t < entry:
+                first, entry = i, t
+    return first, entry
+
+
+@numba.njit(cache=True, nogil=True)
+def stays_on(p: Polynomial, table: FloatArray) -> bool:
+    """Whether a whole curve is on a table from (0, 0) to (2,)."""
+    for axis in range(2):
+        a, b, c, d = p[4 * axis], p[4 * axis + 1], p[4 * axis + 2], p[4 * axis + 3]
+        for turn in turning_points(b, c, d):
+            t = min(max(turn, 0.0), 1.0)
+            if not 0 <= a + t * (b + t * (c + t * d)) <= table[axis]:
+                return False
+        if not (0 <= a <= table[axis] and 0 <= a + b + c + d <= table[axis]):
+            return False
+    return True
+
+
+@numba.njit(cache=True, nogil=True)
+def keeps_clear(p: Polynomial, goal: int, own: FloatArray, box: FloatArray) -> bool:
+    """Whether a curve is in its goal's footprint before it is in any other.
+
+    Args:
+        p: the curve.
+        goal: the building it leads to.
+        own: (8,) its footprint.
+        box: (N, 8) the footprints, that of the goal anywhere; taken out and put back.
+    """
+    entry = footprint_entry(p, 0.0, 1.0, own)
+    centre = box[goal, 0]
+    box[goal, 0] = np.nan
+    reached = first_building(p, 0.0, min(entry, 1.0), box)[1]
+    box[goal, 0] = centre
+    return reached >= entry
+
+
+@numba.njit(cache=True, nogil=True)
+def dodge(
+    curve: FloatArray, aside: FloatArray, bows: FloatArray, goal: IntArray, box: FloatArray, table: FloatArray
+) -> None:
+    """Bow curves out so that they lead past other buildings; those for which no bow does stay as they are.
+
+    Args:
+        curve: (K, 4, 2) control points, metres; the inner two are moved.
+        aside: (K, 2) unit vectors along which they are moved.
+        bows: (C,) by how much they may be, in order of preference, metres.
+        goal: (K,) the building that each curve leads to.
+        box: (3, N, 8) footprints to keep clear of: at first; if no bow does; and if that may leave the table.
+            The goal's own is taken from the last.
+        table: (2,) width and depth of the table, metres.
+    """
+    bowed = np.empty((4, 2))
+    for k in range(len(curve)):
+        own = box[2, goal[k]].copy()
+        found = False
+        for attempt in range(3):
+            for bow in bows:
+                bowed[:] = curve[k]
+                for axis in range(2):
+                    bowed[1:3, axis] += bow * aside[k, axis]
+                p = polynomial(bowed)
+                if (attempt == 2 or stays_on(p, table)) and keeps_clear(p, goal[k], own, box[attempt]):
+                    curve[k] = bowed
+                    found = True
+                    break
+            if found:
+                break
+
+
+@numba.njit(cache=True, nogil=True)
+def advance(
+    curve: FloatArray,
+    knot: FloatArray,
+    travelled: FloatArray,
+    along: FloatArray,
+    parameter: FloatArray,
+    box: FloatArray,
+    distance: float,
+    building: IntArray,
+    run: FloatArray,
+) -> int:
+    """Let animals run until they enter a building, come to the end of their curve or have run far enough.
+
+    Args:
+        curve: (A, 4, 2) control points, metres.
+        knot: (A, KNOTS) parameters of the table of arc length.
+        travelled: (A, KNOTS) lengths up to them, metres.
+        along: (A,) metres run along the curve, below 0 for one that still waits at its start; brought up to
+            date for those still on the way.
+        parameter: (A,) the curve's parameter there; brought up to date likewise.
+        box: (N, 8) footprints from `boxes`.
+        distance: how far each animal runs, metres.
+        building: (A,) filled with the building entered, NOWHERE or RUNNING.
+        run: (A,) filled with how far those that arrive have run until then, metres.
+
+    Returns:
+        How many have arrived.
+    """
+    arrived = 0
+    for a in range(len(curve)):
+        target = along[a] + distance
+        building[a], run[a] = RUNNING, distance
+        if target < 0:
+            along[a] = target
+            continue
+        p = polynomial(curve[a])
+        end = parameter_at(p, knot[a], travelled[a], target)
+        building[a], entry = first_building(p, parameter[a], end, box)
+        if building[a] != NOWHERE:
+            begun = max(along[a], 0.0)
+            reached = length_at(p, knot[a], travelled[a], entry) if entry > parameter[a] else begun
+            run[a] = min(max(reached, begun) - along[a], distance)
+        elif target >= travelled[a, -1]:
+            run[a] = max(travelled[a, -1] - along[a], 0.0)
+        else:
+            building[a] = RUNNING
+            along[a], parameter[a] = target, end
+            continue
+        arrived += 1
+    return arrived
+
+
+@numba.njit(cache=True, nogil=True)
+def point_at(p: Polynomial, t: float) -> tuple[float, float]:
+    """Where a curve is at a parameter, metres."""
+    return p[0] + t * (p[1] + t * (p[2] + t * p[3])), p[4] + t * (p[5] + t * (p[6] + t * p[7]))
+
+
+@numba.njit(cache=True, nogil=True)
+def stand(curve: FloatArray, parameter: FloatArray, point: FloatArray, heading: FloatArray) -> None:
+    """Where animals are and where they run to.
+
+    Args:
+        curve: (A, 4, 2) control points, metres.
+        parameter: (A,) the curve's parameter at each animal.
+        point: (A, 2) filled with the points, metres.
+        heading: (A,) filled with the headings, radians; where a curve stands still for a moment, those just
+            after it; 0 on a curve without length.
+    """
+    for a in range(len(curve)):
+        p, t = polynomial(curve[a]), parameter[a]
+        point[a, 0], point[a, 1] = point_at(p, t)
+        x, z = p[1] + t * (2 * p[2] + 3 * p[3] * t), p[5] + t * (2 * p[6] + 3 * p[7] * t)
+        if abs(x) + abs(z) <= _ROUNDING:
+            x, z = p[2] + 3 * p[3] * t, p[6] + 3 * p[7] * t
+        if abs(x) + abs(z) <= _ROUNDING:
+            x, z = p[3], p[7]
+        heading[a] = np.arctan2(x, z)
+
+
+@numba.njit(cache=True, nogil=True)
+def cut(curve: FloatArray, parameter: FloatArray, rest: FloatArray) -> None:
+    """Cut off what lies behind animals (de Casteljau).
+
+    Args:
+        curve: (A, 4, 2) control points, metres.
+        parameter: (A,) where to cut each.
+        rest: (A, 4, 2) filled with the control points of what lies ahead, beginning exactly where `stand`
+            says, metres.
+    """
+    for a in range(len(curve)):
+        t = parameter[a]
+        rest[a] = curve[a]
+        for level in range(3, 0, -1):
+            for i in range(level):
+                for axis in range(2):
+                    rest[a, i, axis] += t * (rest[a, i + 1, axis] - rest[a, i, axis])
+        rest[a, 0, 0], rest[a, 0, 1] = point_at(polynomial(curve[a]), t)

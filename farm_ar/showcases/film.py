@@ -1,0 +1,187 @@
+"""Playing a script, frame by frame, and what every snapshot of it said."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from farm_ar.drawing.game_frames import GameFrames
+from farm_ar.game_logic.counters import label_text
+from farm_ar.game_logic.farm_game import HAND_AWAY_S, TICK_S, FarmGame
+from farm_ar.game_logic.headset import HeadMotion, field_of_view, gaze_target, look_at
+from farm_ar.game_logic.tabletop import Tabletop
+from farm_ar.game_logic.tracker import ReidFactory, Sighting, spatial_by_category
+from farm_ar.scenes import Camera
+from farm_ar.showcases.script import Script, ScriptedVisit
+
+FPS = 30
+TICKS_PER_FRAME = 2
+EYE = (0.5, -0.375)
+"""Where the player's eyes are, as shares of the table's width and depth."""
+
+PAUSE_S = 1.2
+"""How long the result of a snapshot is shown, while the game goes on."""
+
+Image = npt.NDArray[np.uint8]
+Row = dict[str, Any]
+
+
+@dataclass
+class Film:
+    """What was filmed.
+
+    Attributes:
+        title: of the script.
+        frames: number of frames, 30 a second.
+        key_frames: pictures by name: "1-before", "1-hand", "1-after", and so on for each visit.
+        detections: a row for each detection of each snapshot.
+        counters: a row for each label, after each visit and at the end.
+    """
+
+    title: str
+    frames: int = 0
+    key_frames: dict[str, Image] = field(default_factory=dict)
+    detections: list[Row] = field(default_factory=list)
+    counters: list[Row] = field(default_factory=list)
+
+    @property
+    def right(self) -> int:
+        """Detections that were given their own label."""
+        return sum(row["given"] == row["truth"] for row in self.detections)
+
+
+class Screening:
+    """A script being played: its frames, one after the other, and what is noted meanwhile.
+
+    Args:
+        script: what happens.
+        make_reid: makes the re-identifier for the scene as it is believed to be.
+        height: of the frames, pixels.
+
+    Attributes:
+        film: what was filmed, complete after the last frame.
+    """
+
+    def __init__(
+        self, script: Script, make_reid: ReidFactory = spatial_by_category, height: int = 480
+    ) -> None:
+        self.film = Film(script.title)
+        self._script = script
+        self._pictures = GameFrames(script.scene, height)
+        self._rng = np.random.default_rng(script.seed)
+        self._head, self._seconds, self._ticks = HeadMotion(), 0.0, 0
+        self._ready: list[Image] = []
+        self._last: Image | None = None
+        self._holding: Image | None = None
+        self._caption = ""
+        self._game = FarmGame(script.scene, self._camera(), self._rng, make_reid=make_reid)
+
+    def frames(self) -> Iterator[Image]:
+        """The frames, (H, W, 3) bytes, 30 a second."""
+        for _ in self._scenes():
+            yield from self._ready
+            self._ready.clear()
+
+    def _scenes(self) -> Iterator[None]:
+        """Play a piece at a time, so that no more than its frames are held at once."""
+        for number, visit in enumerate(self._script.visits, start=1):
+            self._play(visit.play, f"{self._script.title}: the game is on")
+            yield
+            self._keep(f"{number}-before", self._last)
+            yield from self._visit(number, visit)
+        self._play(self._script.ending, "The game goes on; only the ends of the paths have moved")
+        yield
+        self._keep("end", self._last)
+        self._count("end")
+
+    def _visit(self, number: int, visit: ScriptedVisit) -> Iterator[None]:
+        game, name = self._game, str(number)
+        game.begin_visit(self._camera())
+        for i, move in enumerate(visit.moves):
+            index = game.truth.index(move.building)
+            displacement = move.displacement(game.truth)
+            self._caption = move.caption
+            game.move(index, displacement, move.turn, self._tick)
+            if i == len(visit.moves) // 2:
+                self._keep(f"{name}-hand", self._holding)
+            yield
+        self._wait(HAND_AWAY_S, "The hand is out of view: one snapshot is taken")
+        sighting = game.end_visit(game.camera)
+        self._note(number, sighting)
+        seen = [row for row in self.film.detections if row["visit"] == number]
+        right = sum(row["given"] == row["truth"] for row in seen)
+        self._play(PAUSE_S, f"Snapshot {name}: {right} of {len(seen)} detections given their own label")
+        yield
+        self._keep(f"{name}-after", self._last)
+        self._count(name)
+
+    def _play(self, seconds: float, caption: str) -> None:
+        for _ in range(round(seconds * FPS)):
+            self._game.play(1 / FPS)
+            self._frame(caption)
+
+    def _wait(self, seconds: float, caption: str) -> None:
+        for _ in range(round(seconds * FPS)):
+            self._frame(caption)
+
+    def _tick(self, table: Tabletop) -> None:
+        self._ticks += 1
+        if self._ticks % TICKS_PER_FRAME == 0:
+            self._frame(self._caption)
+            hand = table.hand
+            if hand is not None and hand.gripped is not None:
+                self._holding = self._last
+
+    def _frame(self, caption: str) -> None:
+        self._seconds += TICKS_PER_FRAME * TICK_S
+        self._head.step(TICKS_PER_FRAME * TICK_S, self._rng)
+        self._game.camera = self._camera()
+        self._last = self._pictures.frame(self._game.moment(caption))
+        self._ready.append(self._last)
+        self.film.frames += 1
+
+    def _camera(self) -> Camera:
+        scene = self._script.scene
+        eye = np.array(EYE) * scene.size
+        target = gaze_target(scene, self._script.gaze, self._seconds)
+        return self._head.applied(look_at(eye, target, field_of_view(self._script.fov)))
+
+    def _keep(self, name: str, image: Image | None) -> None:
+        if image is not None:
+            self.film.key_frames[name] = image
+
+    def _note(self, number: int, sighting: Sighting) -> None:
+        seen, answer = sighting.snapshot.detections, sighting.identification
+        labels = self._game.truth.labels
+        for k, source in enumerate(sighting.source.tolist()):
+            self.film.detections.append(
+                {
+                    "visit": number,
+                    "detection": seen.ids[k],
+                    "category": seen.category[k],
+                    "x": round(float(seen.position[k, 0]), 4),
+                    "z": round(float(seen.position[k, 1]), 4),
+                    "yaw_deg": round(float(np.rad2deg(seen.yaw[k])), 1),
+                    "given": answer.labels[k],
+                    "truth": labels[source] if source >= 0 else None,
+                    "cost": round(float(answer.cost[k]), 4),
+                }
+            )
+
+    def _count(self, when: str) -> None:
+        layout, counters = self._game.truth, self._game.counters
+        for i in np.flatnonzero(layout.movable):
+            counted = int(counters.counted[i])
+            self.film.counters.append(
+                {
+                    "after": when,
+                    "label": label_text(layout.labels[i], layout.category[i], counted),
+                    "counted": counted,
+                    "misplaced": int(counters.misplaced[i]),
+                    "stranded": int(counters.stranded[i]),
+                }
+            )

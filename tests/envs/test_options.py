@@ -1,0 +1,195 @@
+"""Every option that cannot be used gives one error, which names it, what came, and what would be right."""
+
+from pathlib import Path
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from farm_ar.envs import FarmToTableEnv
+from farm_ar.errors import OptionError, SceneError
+from farm_ar.game_logic.perception import OraclePerception
+from farm_ar.scenes import Layout, Scene, builtin_scene
+
+ARGUMENTS = [
+    ("scene", "barn", "cafeteria"),
+    ("scene", 3, "a Scene, the name of a built-in one, or a .json file"),
+    ("scene", builtin_scene("L1"), "a fixed object, the shed"),
+    ("control", "feet", "hand, layout, move"),
+    ("action", "offsets", "continuous, displacement, slot"),
+    ("action", "", "continuous, displacement, slot"),
+    ("observation", "sound", "pixels, state"),
+    ("knowledge", "grey-box", "black-box, white-box"),
+    ("reward", "fame", "endpoint, identity, margin, miscount"),
+    ("reid", "magic", "distance, last-known, nearest, spatial"),
+    ("reid", 7, "a function from a Scene to a Reidentifier"),
+    ("perception", "nose", "oracle"),
+    ("perception", OraclePerception, "a Perception"),
+    ("jitter", "huge", "default, easy, hard, none"),
+    ("fov", "fisheye", "display, photo"),
+    ("sign", 0, "1 (an adversary) or -1 (a helper)"),
+    ("sign", 2, "1 (an adversary) or -1 (a helper)"),
+    ("visits", 0, "a whole number not below 1"),
+    ("visits", 1.5, "a whole number not below 1"),
+    ("moves", True, "a whole number not below 1"),
+    ("budget_m", 0.0, "a positive number"),
+    ("budget_m", float("nan"), "a positive number"),
+    ("budget_rad", "much", "a positive number"),
+    ("budget", -0.1, "a positive number, or None"),
+    ("hand_seconds", float("inf"), "a positive number"),
+    ("effort_weight", -1, "a number not below 0"),
+    ("play_seconds", None, "a number not below 0"),
+    ("head_noise_deg", -3.0, "a number not below 0"),
+    ("game", "yes", "True or False"),
+    ("render_mode", "human", "rgb_array or None"),
+]
+
+
+@pytest.mark.parametrize(("name", "value", "right"), ARGUMENTS, ids=str)
+def test_a_bad_argument_names_itself_and_what_is_right(name, value, right):
+    with pytest.raises(OptionError) as caught:
+        FarmToTableEnv(**{name: value})
+    message = str(caught.value)
+    assert message.startswith(f"{name}: must ")
+    assert right in message
+    assert "\n" not in message
+    assert caught.value.got is value or name == "scene"
+
+
+def test_every_argument_has_a_bad_value_tried():
+    import inspect
+
+    names = set(inspect.signature(FarmToTableEnv).parameters)
+    assert names == {name for name, *_ in ARGUMENTS}
+
+
+def test_a_misspelt_argument_is_not_dropped():
+    with pytest.raises(TypeError, match="jiter"):
+        gym.make("FarmToTable-v0", jiter="easy")
+
+
+@pytest.mark.parametrize(("name", "value"), [("control", "move"), ("reward", "miscount")])
+def test_what_needs_the_game_is_refused_without_it(name, value):
+    with pytest.raises(OptionError, match=f"{name}: must be .* without the game"):
+        gym.make("SceneLayout-v0", **{name: value})
+
+
+def test_a_scene_file_that_cannot_be_used_names_the_file(tmp_path: Path):
+    path = tmp_path / "room.json"
+    path.write_text('{"name": "room"}')
+    with pytest.raises(SceneError, match=r"room\.json"):
+        gym.make("SceneLayout-v0", scene=str(path))
+
+
+def test_a_scene_in_which_nothing_moves_is_refused(pair):
+    everything = np.ones(3, dtype=bool)
+    layout = pair.layout
+    still = Layout(
+        layout.labels, layout.category, layout.position, layout.yaw, layout.size, fixed=everything
+    )
+    with pytest.raises(OptionError, match="scene: must hold something that can be moved"):
+        FarmToTableEnv(scene=Scene("still", pair.size, still))
+
+
+def test_numbers_of_numpy_are_taken_and_become_pythons():
+    env = FarmToTableEnv(visits=np.int64(2), budget_m=np.float32(0.5), sign=np.int8(-1))
+    env.reset(seed=0)
+    arguments = env.trace()["arguments"]
+    assert [type(arguments[name]) for name in ("visits", "budget_m", "sign")] == [int, float, int]
+
+
+RESET = [
+    ({"lay-out": None}, "options: must hold layout and camera only, got 'lay-out'"),
+    ({"layout": 5}, "options.layout: must be a Layout of the scene's objects"),
+    ({"layout": {"position": [[0, 0]], "yaw": [0]}}, "options.layout: must be"),
+    ({"layout": {"position": np.zeros((11, 2))}}, "options.layout: must be"),
+    ({"layout": {"position": np.zeros((11, 2)), "yaw": np.zeros(11), "pitch": 1}}, "options.layout: must be"),
+    ({"layout": {"position": np.full((11, 2), np.nan), "yaw": np.zeros(11)}}, "options.layout: must be"),
+    ({"layout": {"position": np.zeros((2, 11, 2)), "yaw": np.zeros((2, 11))}}, "options.layout: must be"),
+    ({"layout": builtin_scene("L1").layout}, "labels: must be the scene's"),
+    ({"camera": "there"}, "options.camera: must be one Camera"),
+    ({"camera": {"position": [0, 0]}}, "options.camera: must be one Camera"),
+    ({"camera": {"position": [0, 0], "yaw": [0, 1]}}, "options.camera: must be one Camera"),
+    ({"camera": {"position": [[0, 0]], "yaw": [0]}}, "options.camera: must be one Camera"),
+    ({"camera": {"position": [0, 0], "yaw": 0, "zoom": 2}}, "options.camera: must be one Camera"),
+    ({"camera": {"position": [0, 0], "yaw": 0, "fov": {"left": 9}}}, "options.camera: must be one Camera"),
+]
+
+
+@pytest.mark.parametrize(("options", "message"), RESET, ids=lambda value: str(value)[:60])
+def test_a_bad_reset_option_says_what_is_right_and_no_episode_begins(options, message):
+    env = FarmToTableEnv()
+    env.reset(seed=0)
+    with pytest.raises(OptionError) as caught:
+        env.reset(options=options)
+    assert message in str(caught.value)
+    with pytest.raises(gym.error.ResetNeeded):
+        env.step(env.action_space.sample())
+
+
+BAD_ACTIONS = [
+    ({}, [11, 0, 0, 0]),
+    ({}, [-1, 0, 0, 0]),
+    ({}, [0, 7, 0, 0]),
+    ({}, [0, 0, 0]),
+    ({}, [0.5, 0, 0, 0]),
+    ({}, None),
+    ({}, "leave"),
+    ({"action": "continuous"}, [0, 0, 0, 0, float("nan")]),
+    ({"control": "hand"}, [0, 0, 0]),
+    ({"control": "layout"}, [[0] * 30]),
+]
+
+
+@pytest.mark.parametrize(("arguments", "action"), BAD_ACTIONS, ids=str)
+def test_an_action_that_is_none_is_refused_and_leaves_no_trace(arguments, action):
+    env = FarmToTableEnv(**arguments)
+    env.reset(seed=0)
+    before = env.state_hash()
+    with pytest.raises(gym.error.InvalidAction, match="action: must be in"):
+        env.step(action)
+    assert env.trace()["actions"] == []
+    assert env.state_hash() == before
+
+
+def test_numbers_beyond_the_box_are_clipped():
+    def end(action):
+        env = FarmToTableEnv(control="layout", jitter="none", play_seconds=0.0)
+        env.reset(seed=0)
+        env.step(np.array(action))
+        return env.world.truth.position
+
+    np.testing.assert_array_equal(end([3.0, -2.0, 0.5] * 10), end([1.0, -1.0, 0.5] * 10))
+
+
+@pytest.mark.parametrize("call", ["step", "view", "world", "trace", "state_hash", "action_masks", "render"])
+def test_nothing_can_be_asked_before_the_first_reset(call):
+    env = FarmToTableEnv(render_mode="rgb_array")
+    with pytest.raises(gym.error.ResetNeeded):
+        if call == "step":
+            env.step(env.action_space.sample())
+        else:
+            found = getattr(env, call)
+            found()
+
+
+def test_a_step_after_the_end_asks_for_a_reset():
+    env = FarmToTableEnv(control="layout", play_seconds=0.0)
+    env.reset(seed=0)
+    env.step(np.zeros(30))
+    with pytest.raises(gym.error.ResetNeeded):
+        env.step(np.zeros(30))
+
+
+def test_masks_of_continuous_actions_are_refused():
+    env = FarmToTableEnv(action="continuous")
+    env.reset(seed=0)
+    with pytest.raises(OptionError, match="action: must be displacement or slot for masks, got 'continuous'"):
+        env.action_masks()
+
+
+def test_a_trace_needs_names_for_its_arguments(pair):
+    env = FarmToTableEnv(scene=pair)
+    env.reset(seed=0)
+    with pytest.raises(OptionError, match="scene: must be a name for a trace, got 'Scene'"):
+        env.trace()

@@ -1,0 +1,45 @@
+"""Tables 1 and 4."""
+
+import pytest
+
+from farm_ar.experiments.overview import table1
+from farm_ar.experiments.setting import Setting
+
+# Sites, types, objects, square metres: Table 1; sites, chairs, square metres: Table 4.
+TABLE_1 = {
+    "L1": (2, 1, 16, 25),
+    "L2": (4, 1, 8, 64),
+    "M1": (5, 3, 35, 64),
+    "M2": (6, 2, 30, 25),
+    "H1": (10, 5, 52, 49),
+    "H2": (14, 11, 48, 225),
+}
+TABLE_4 = {"pantry": (2, 10, 18), "cafeteria": (5, 16, 49), "classroom": (7, 29, 130)}
+
+
+@pytest.mark.parametrize("origin", ["own_scenes", "authors_scenes"])
+def test_the_counts_are_the_papers(origin, request):
+    report = table1(Setting(request.getfixturevalue(origin)))
+    found = {row["scene"]: row for row in report.rows}
+    assert list(found) == [*TABLE_1, *TABLE_4]
+    for name, counts in TABLE_1.items():
+        columns = ("sites", "types", "objects", "area_m2")
+        assert tuple(found[name][column] for column in columns) == counts, name
+        assert tuple(found[name][f"paper_{column}"] for column in columns) == counts, name
+    for name, counts in TABLE_4.items():
+        columns = ("sites", "objects", "area_m2")
+        assert tuple(found[name][column] for column in columns) == counts, name
+        assert found[name]["paper_types"] is None, "Table 4 does not say"
+    assert all(comparison.paper == comparison.ours for comparison in report.comparisons)
+
+
+def test_a_scene_that_departs_from_the_paper_is_shown_as_it_is(own_scenes):
+    swapped = {**own_scenes, "L1": own_scenes["L2"]}
+    comparison = table1(Setting(swapped)).comparisons[0]
+    assert (comparison.paper, comparison.ours) == ("2, 1, 16, 25", "4, 1, 8, 64")
+
+
+def test_each_scene_has_a_panel(own_scenes):
+    titles = [axes.get_title() for axes in table1(Setting(own_scenes)).figure.axes]
+    assert titles[0] == "L1: 16 objects, 25 m²"
+    assert [title.split(":")[0] for title in titles] == list(TABLE_1)
