@@ -18,9 +18,9 @@ help: ## Show this list
 	@printf 'farm-ar: make TARGET [PYTHON=python3.12]\n\n'
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  \1|\2/p' $(MAKEFILE_LIST) | awk -F'|' '{ printf "%-10s %s\n", $$1, $$2 }'
 
-demo: $(VENV)/core.stamp ## Set up, then run the paper's experiments in their quick form, into out/
-	$(HEADLINE) "Running farm-ar reproduce --quick, results in out/"
-	@$(BIN)/farm-ar reproduce --quick --out out
+demo: $(VENV)/core.stamp ## Set up, then film the game's two demonstrations, into out/
+	$(HEADLINE) "Filming the Farm-to-Table game, into out/"
+	@$(BIN)/farm-ar demo --out out
 
 test: setup lint types imports wheel unit ## Set up, then run every check
 

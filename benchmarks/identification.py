@@ -290,18 +290,19 @@ def many_table() -> Table:
         scene = scene_with(m)
         reid = SpatialReid(scene)
         snapshots = snapshots_of(scene, n, 50)
-        copies = max(1, 200_000 // (n * m * len(snapshots)))
-        batch = SnapshotBatch.stack(snapshots * copies)
+        # Few enough for most calls to go uninterrupted; on two threads, enough to make their start nothing.
+        batch = SnapshotBatch.stack(snapshots * max(1, 50_000 // (n * m * len(snapshots))))
+        large = SnapshotBatch.stack(snapshots * max(1, 500_000 // (n * m * len(snapshots))))
         with ThreadPoolExecutor(2) as pool:
             measured = interleaved(
                 {
                     "loop": [partial(lambda r, some: [r.identify(one) for one in some], reid, snapshots)],
                     "one": [partial(reid.identify_many, batch)],
-                    "two": [partial(lambda p, r, b: list(p.map(r.identify_many, [b, b])), pool, reid, batch)],
+                    "two": [partial(lambda p, r, b: list(p.map(r.identify_many, [b, b])), pool, reid, large)],
                 }
             )
         loop = len(snapshots) / measured["loop"].typical
-        one, two = len(batch) / measured["one"].typical, 2 * len(batch) / measured["two"].typical
+        one, two = len(batch) / measured["one"].typical, 2 * len(large) / measured["two"].typical
         rows.append(
             [
                 f"{n} x {m}",
@@ -340,7 +341,10 @@ def start_table() -> Table:
 
 def surroundings() -> str:
     packages = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "numba", "ortools"))
-    return f"{platform.system()}, {os.cpu_count()} cores, Python {platform.python_version()}, {packages}"
+    busy = f" (load {os.getloadavg()[0]:.1f} when it began)" if hasattr(os, "getloadavg") else ""
+    return (
+        f"{platform.system()}, {os.cpu_count()} cores{busy}, Python {platform.python_version()}, {packages}"
+    )
 
 
 def main() -> None:

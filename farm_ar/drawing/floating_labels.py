@@ -20,7 +20,7 @@ from farm_ar.geometry import direction
 _LETTER_PX = 13
 """Height of the letters in a picture 480 high."""
 
-_LIGHT_ENOUGH = 0.66
+_LIGHT_ENOUGH = 0.74
 _GLASS: Colour = (22, 24, 30)
 _GLASS_ALPHA, _FRAME_ALPHA = 0.62, 0.9
 

@@ -73,8 +73,8 @@ class Scenery:
             (farm_things.silo(), (0.955, 0.93), 0.0),
             (farm_things.tractor(), (0.83, 0.91), 1.2),
             (farm_things.wood_stack(), (0.06, 0.93), 0.15),
-            (farm_things.hay_trough(), (0.70, 0.07), 0.0),
-            (farm_things.wood_stack(), (0.95, 0.06), -0.2),
+            (farm_things.hay_trough(), (0.56, 0.19), 0.0),
+            (farm_things.wood_stack(), (0.95, 0.21), -0.2),
         ):
             place = self._ground.take(spot, thing.radius)
             if place is not None:
@@ -88,7 +88,7 @@ class Scenery:
                 partial(_drinking, farm_beasts.cow(True), farm_beasts.cow(False), drinks - _TO_TROUGH)
             )
         goats = farm_beasts.goat(True), farm_beasts.goat(False)
-        for k, spot in enumerate([(0.05, 0.50), (0.22, 0.93), (0.55, 0.10), (0.96, 0.28)]):
+        for k, spot in enumerate([(0.05, 0.50), (0.05, 0.19), (0.22, 0.93), (0.78, 0.20), (0.96, 0.42)]):
             home = self._ground.take(spot, 0.045)
             if home is not None:
                 self._living.append(partial(_grazing, goats, home, 1.7 * k))
@@ -114,25 +114,29 @@ class _Ground:
         self._taken: list[tuple[FloatArray, float]] = []
         steps = np.linspace(0.0, 1.0, 61)
         self._grid = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2) * self._size
+        self._grid_clearance = _clearance(self._grid, self._layout)
 
     def take(self, spot: Sequence[float], radius: float, reach: float = 0.18) -> FloatArray | None:
         """Take the free place nearest to a spot, in parts of the table's sides; None if none is near."""
         wanted = np.array(spot) * self._size
-        places = np.vstack([wanted[None], self._grid])
-        away = np.linalg.norm(places - wanted, axis=1)
-        away[self._room(places) < radius] = np.inf
-        best = int(np.argmin(away))
-        if away[best] > reach:
+        if self._room(wanted[None], _clearance(wanted[None], self._layout))[0] >= radius:
+            return self._taking(wanted, radius)
+        away = np.linalg.norm(self._grid - wanted, axis=1)
+        near = away <= reach
+        near[near] = self._room(self._grid[near], self._grid_clearance[near]) >= radius
+        if not near.any():
             return None
-        self._taken.append((places[best], radius))
-        place: FloatArray = places[best].copy()
+        return self._taking(self._grid[np.argmin(np.where(near, away, np.inf))], radius)
+
+    def _taking(self, place: FloatArray, radius: float) -> FloatArray:
+        self._taken.append((place, radius))
         return place
 
     def free_way(self, scene: Scene) -> FloatArray:
         """(2, 2) ends of the longest free stretch along the near edge, metres."""
-        z = 0.06 * scene.size[1]
+        z = 0.055 * scene.size[1]
         line = np.stack([np.linspace(0.04, 0.96, 93) * scene.size[0], np.full(93, z)], axis=1)
-        free = _clearance(line, self._layout) > 0.02
+        free = self._room(line, _clearance(line, self._layout)) > 0.03
         best, start = (0, 0), 0
         for k in range(94):
             if k == 93 or not free[k]:
@@ -141,10 +145,10 @@ class _Ground:
         ends: FloatArray = line[[best[0], max(best)]]
         return ends
 
-    def _room(self, places: FloatArray) -> FloatArray:
-        """(P,) distance to the nearest edge, building or thing."""
+    def _room(self, places: FloatArray, clearance: FloatArray) -> FloatArray:
+        """(P,) distance to the nearest edge, building (P,) or thing."""
         edge = np.minimum(places, self._size - places).min(axis=1)
-        room = np.minimum(edge + 0.02, _clearance(places, self._layout) - _SPACING)
+        room = np.minimum(edge + 0.02, clearance - _SPACING)
         for place, radius in self._taken:
             room = np.minimum(room, np.linalg.norm(places - place, axis=1) - radius - _SPACING)
         return np.asarray(room, dtype=np.float64)

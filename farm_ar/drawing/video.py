@@ -129,19 +129,24 @@ def write_png(path: str | os.PathLike[str], image: Image) -> None:
 
 def _encode(command: list[str], frames: Iterable[Image]) -> None:
     """Feed frames to ffmpeg."""
-    with tempfile.TemporaryFile() as messages:
-        process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=messages)
+    with (
+        tempfile.TemporaryFile() as messages,
+        subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=messages
+        ) as process,
+    ):
         assert process.stdin is not None
         try:
-            with contextlib.suppress(BrokenPipeError):
-                for frame in frames:
-                    process.stdin.write(np.ascontiguousarray(frame).data)
-            with contextlib.suppress(BrokenPipeError):
-                process.stdin.close()
+            for frame in frames:
+                process.stdin.write(np.ascontiguousarray(frame).data)
+        except BrokenPipeError:
+            pass  # ffmpeg has given up, and says why
         except BaseException:
             process.kill()
-            process.wait()
             raise
+        finally:
+            with contextlib.suppress(BrokenPipeError):
+                process.stdin.close()
         if process.wait():
             raise RuntimeError(f"ffmpeg failed: {_tail(messages)}")
 

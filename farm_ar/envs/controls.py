@@ -64,7 +64,7 @@ class Control(Protocol):
         ...
 
     def hand(self, world: World) -> FloatArray | None:
-        """(8,) the hand: x, z, sin and cos of its yaw, velocity, grip, visible; None without one to steer."""
+        """(8,) the hand: x, z, sin and cos of its yaw, velocity, grip, visible; None without one."""
         ...
 
 
@@ -131,7 +131,7 @@ class HandControl:
         _game(world).bring_hand()
 
     def act(self, action: Any, view: TableView, world: World, budget: Budget) -> Outcome:
-        """Steer for a tenth of a second. With nothing left of the budget the hand touches nothing any more."""
+        """Steer for a tenth of a second. With nothing left of the budget the hand touches nothing."""
         values = np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0)
         velocity, twist = MAX_HAND_SPEED * values[:2], MAX_TWIST * float(values[2])
         game, total = _game(world), Motion()
@@ -158,12 +158,12 @@ class HandControl:
         """Nothing can be masked."""
         return
 
-    def hand(self, world: World) -> FloatArray:
-        """(8,) the hand: x, z, sin and cos of its yaw, velocity over its limit, grip, visible."""
+    def hand(self, world: World) -> FloatArray | None:
+        """(8,) the hand: x, z, sin and cos of its yaw, velocity over its limit, grip, visible, or None."""
         game = _game(world)
         state = game.tabletop.hand
         if state is None:
-            return np.zeros(8)
+            return None
         return np.array(
             [
                 *state.position,

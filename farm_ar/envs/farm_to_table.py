@@ -86,7 +86,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
     | `difference` | (3 M,) | true less believed: x, z on the scale of `position`, yaw / pi; white-box only |
     | `cost` | (K' M,) | cost to each object of the labels of its kind, in order, K' the most of a kind, 2 where it has fewer; white-box only |
     | `margin` | (M,) | margin / 0.3 of a snapshot as things stand, 1 out of view; white-box only |
-    | `hand` | (8,) | x, z, sin and cos of its yaw, velocity, grip, in view; control `hand` only |
+    | `hand` | (8,) | x, z, sin and cos of its yaw, velocity / 1.5 m/s, grip, in view; 0 when it has been withdrawn; control `hand` only |
 
     `observation="pixels"` is the table from above, `Box(0, 255, (96, W, 3), uint8)`.
 

@@ -25,6 +25,9 @@ TRIES = 50
 
 RESTARTS = 100
 
+ROOM_EACH = 0.6
+"""How far apart random places may be asked to be, in roots of the room that there is for each object."""
+
 
 def unit_of(scene: Scene) -> float:
     """How much larger a scene is than the farm's table, by diagonal."""
@@ -50,24 +53,26 @@ class StartingLayouts:
         self._movable = np.flatnonzero(layout.movable)
         diagonal = np.hypot(layout.size[:, 0], layout.size[:, 2])
         self._edge = np.minimum(diagonal[:, None] / 2, np.divide(scene.size, 2))
-        wider = layout.size + np.array([2 * GAP_M, 0.0, 2 * GAP_M])
         place, turned = layout.position[:, None], layout.yaw[:, None]
-        overlap = footprints_overlap(place, turned, wider[:, None], layout.position, layout.yaw, layout.size)
+        overlap = footprints_overlap(
+            place, turned, layout.size[:, None], layout.position, layout.yaw, layout.size
+        )
         self._keeps_clear = ~overlap | (jitter == "hard")
-        apart = HARD_SEPARATION_M * unit if jitter == "hard" else 0.0
-        self._apart: FloatArray = np.array([apart * 0.9 ** (t // (TRIES // 10)) for t in range(TRIES)])
+        room = scene.area / len(layout)
+        self._apart = min(HARD_SEPARATION_M * unit, ROOM_EACH * float(np.sqrt(room)))
 
     def draw(self, rng: np.random.Generator) -> Layout:
         """One at random."""
         layout = self._scene.layout
         if self._jitter == "none":
             return layout
-        for _ in range(RESTARTS):
+        for restart in range(RESTARTS):
             turns = rng.permutation(self._movable)
             tries = self._anywhere(turns, rng) if self._jitter == "hard" else self._strewn(turns, rng)
             position, yaw, placed = layout.position.copy(), layout.yaw.copy(), layout.fixed.copy()
             size, clear = layout.size.copy(), self._keeps_clear
-            if place_in_turn(turns, tries, position, yaw, size, placed, clear, GAP_M, self._apart):
+            apart = self._apart * 0.9 ** (restart // 10) if self._jitter == "hard" else 0.0
+            if place_in_turn(turns, tries, position, yaw, size, placed, clear, GAP_M, apart):
                 return layout.with_poses(position, yaw)
         return layout
 

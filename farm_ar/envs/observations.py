@@ -95,8 +95,8 @@ class StateObservation:
                 "cost": np.where(self._met.is_rival, cost, NO_RIVAL),
                 "margin": np.fmin(view.margins[order] / MARGIN_SCALE, 1.0),  # NaN becomes 1
             }
-        if self._hand and hand is not None:
-            values["hand"] = np.append(_scaled(hand[:2], view), hand[2:])
+        if self._hand:
+            values["hand"] = np.zeros(8) if hand is None else np.append(_scaled(hand[:2], view), hand[2:])
         return {
             name: np.minimum(np.maximum(values[name], low), high).astype(np.float32).reshape(-1)
             for name, (low, high) in self._limits.items()

@@ -18,7 +18,7 @@ def place_in_turn(
     placed: BoolArray,
     keeps_clear: BoolArray,
     gap: float,
-    apart: FloatArray,
+    apart: float,
 ) -> bool:
     """Give each object the first of its poses that keeps clear of all that have theirs.
 
@@ -31,7 +31,7 @@ def place_in_turn(
         placed: (N,) objects that have their pose; changed in place.
         keeps_clear: (N, N) pairs that must not overlap.
         gap: how far from one another the footprints of those must be, metres.
-        apart: (T,) how far from one another all centres must be at each try, metres.
+        apart: how far from one another all centres must be, metres.
 
     Returns:
         Whether each found one; the first that did not is left as it was, and so are those after it.
@@ -46,7 +46,7 @@ def place_in_turn(
                 if not placed[j]:
                     continue
                 dx, dz = position[j, 0] - x, position[j, 1] - z
-                if dx * dx + dz * dz < apart[t] ** 2 or (
+                if dx * dx + dz * dz < apart**2 or (
                     keeps_clear[i, j]
                     and boxes_overlap(dx, dz, heading, yaw[j], size[i] / 2 + gap, size[j] / 2)
                 ):
@@ -65,7 +65,7 @@ def place_in_turn(
 def boxes_overlap(
     dx: float, dz: float, yaw: float, other_yaw: float, half: FloatArray, other_half: FloatArray
 ) -> bool:
-    """Whether a footprint overlaps another whose centre is (dx, dz) away; half sizes (3,), by separating axes."""
+    """Whether a footprint overlaps another whose centre is (dx, dz) away (half sizes: (3,))."""
     cosine, sine = abs(np.cos(other_yaw - yaw)), abs(np.sin(other_yaw - yaw))
     for heading, own, others in ((yaw, half, other_half), (other_yaw, other_half, half)):
         right = abs(dx * np.cos(heading) - dz * np.sin(heading))

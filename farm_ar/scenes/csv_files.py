@@ -89,7 +89,7 @@ class _Row:
             raise self.fail(column, "must not be empty")
         return self.values[column]
 
-    def number(self, column: str, positive: bool = False) -> float:
+    def number(self, column: str, positive: bool) -> float:
         try:
             number = float(self.values[column])
         except ValueError:

@@ -9,7 +9,7 @@ from typing import Any
 
 import gymnasium as gym
 
-from farm_ar.testing.comparing import require
+from farm_ar.testing.comparing import attempt, require
 
 Env = gym.Env[Any, Any]
 
@@ -41,10 +41,8 @@ def check_with_stable_baselines3(make_env: Callable[[], Env]) -> None:
 def _silently(whose: str, check: Callable[[], None]) -> None:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        try:
+        with attempt(f"{whose}'s checker"):
             check()
-        except Exception as problem:
-            raise AssertionError(f"{whose}'s checker: {type(problem).__name__}: {problem}") from problem
     messages = [str(warning.message) for warning in caught]
     bad = [message for message in messages if not any(part in message for part in ALLOWED)]
     require(not bad, f"{whose}'s checker warns: {bad[0] if bad else ''}")

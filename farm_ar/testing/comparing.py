@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,20 @@ def require(right: bool, message: str) -> None:
     """
     if not right:
         raise AssertionError(message)
+
+
+@contextmanager
+def attempt(what: str) -> Iterator[None]:
+    """Make a failure of whatever is raised within.
+
+    Raises:
+        AssertionError: something was raised.
+    """
+    try:
+        yield
+    except Exception as problem:
+        first = str(problem).partition("\n")[0]
+        raise AssertionError(f"{what} raised {type(problem).__name__}: {first}") from problem
 
 
 def difference(first: Any, second: Any, path: str = "") -> str | None:

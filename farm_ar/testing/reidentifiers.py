@@ -20,7 +20,7 @@ from farm_ar.scenes import (
     builtin_scene,
     observe,
 )
-from farm_ar.testing.comparing import require
+from farm_ar.testing.comparing import attempt, require
 
 MakeReid = Callable[[Scene], Reidentifier]
 
@@ -103,10 +103,8 @@ def _some(detections: Detections, index: np.typing.NDArray[np.int64]) -> Detecti
 
 
 def _answer(reid: Reidentifier, snapshot: Snapshot, what: str) -> Identification:
-    try:
+    with attempt(f"{what}: identify"):
         return reid.identify(snapshot)
-    except Exception as problem:
-        raise AssertionError(f"{what}: identify raised {type(problem).__name__}: {problem}") from problem
 
 
 def _check_answer(

@@ -10,7 +10,7 @@ import gymnasium as gym
 import numpy as np
 from gymnasium import spaces
 
-from farm_ar.testing.comparing import difference, require
+from farm_ar.testing.comparing import attempt, difference, require
 
 Env = gym.Env[Any, Any]
 
@@ -108,14 +108,17 @@ def require_equal(first: Rollout, second: Rollout, what: str) -> None:
 
 
 def _reset(env: Env, result: Rollout, seed: int | None = None) -> None:
-    observation, info = env.reset(seed=seed)
+    with attempt("reset"):
+        observation, info = env.reset(seed=seed)
     result.actions.append(None)
     result.given.append((observation, 0.0, False, False, info))
 
 
 def _step(env: Env, result: Rollout, action: Any) -> None:
+    with attempt(f"step {len(result.actions)}"):
+        given = env.step(action)
     result.actions.append(action)
-    result.given.append(env.step(action))
+    result.given.append(given)
 
 
 def _roll_on(env: Env, result: Rollout, steps: int, one_episode: bool) -> None:

@@ -19,7 +19,9 @@ def start(scene: Scene = FARM, camera: Camera = FACING_S1) -> Moment:
     """The game before anything has happened."""
     n = len(scene.layout)
     wrong = np.zeros(n, dtype=bool)
-    return Moment(scene, scene.layout, scene.layout, wrong, camera, counts=np.arange(n), misplaced=np.zeros(n))
+    return Moment(
+        scene, scene.layout, scene.layout, wrong, camera, counts=np.arange(n), misplaced=np.zeros(n)
+    )
 
 
 def exchanged(moment: Moment, *labels: str) -> Moment:
@@ -49,7 +51,7 @@ def test_a_picture_has_the_size_asked_for_and_is_rgb():
     wide = TableFromAbove(FARM, (800, 500)).draw(start())
     assert wide.shape == (500, 800, 3)
     assert wide.dtype == np.uint8
-    meadow = wide[380, 200].astype(int)
+    meadow = wide[200:300, 200:600].reshape(-1, 3).mean(axis=0)
     assert meadow[1] > meadow[0] > meadow[2]
 
 
@@ -60,11 +62,13 @@ def test_equal_moments_give_equal_bytes_from_any_drawer():
     assert first.draw(moment).tobytes() == TableFromAbove(FARM).draw(moment).tobytes()
 
 
-def test_a_wrong_label_is_red_and_a_right_one_is_not():
+@pytest.mark.parametrize("labels", [True, False])
+def test_a_wrong_label_is_red_and_a_right_one_is_not(labels: bool):
     drawer = TableFromAbove(FARM)
-    right, wrong = drawer.draw(start()), drawer.draw(exchanged(start(), "white-hutch", "brown-hutch"))
+    right = drawer.draw(start(), labels)
+    wrong = drawer.draw(exchanged(start(), "white-hutch", "brown-hutch"), labels)
     assert share_of(right, WRONG, 3) < 0.001
-    assert share_of(wrong, WRONG, 3) > 5 * share_of(right, WRONG, 3) + 0.002
+    assert share_of(wrong, WRONG, 3) > 2 * share_of(right, WRONG, 3) + 0.001
 
 
 def test_a_belief_that_differs_from_the_truth_has_a_ghost_in_its_colour():
@@ -93,7 +97,7 @@ def test_without_labels_nothing_is_written():
     drawer = TableFromAbove(FARM)
     plain = drawer.draw(start(), labels=False)
     counted = replace(start(), counts=np.full(len(FARM.layout), 77), caption="a caption", seconds=0.4)
-    assert share_of(plain, GO) == 0
+    assert share_of(plain[:24], GO) == 0 < share_of(drawer.draw(start())[:24], GO)
     assert np.array_equal(plain, drawer.draw(replace(counted, seconds=0.0), labels=False))
 
 

@@ -4,13 +4,187 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from test_game_above import HAND, exchanged, start, with_animals
 
+from farm_ar.drawing.building_solids import solid
 from farm_ar.drawing.floating_labels import stack
-from farm_ar.drawing.game_frames import GameFrames
+from farm_ar.drawing.game_colours import Image, label_colours
 from farm_ar.drawing.game_headset import HeadsetView
 from farm_ar.drawing.pinhole import Pinhole
-from farm_ar.errors import OptionError
-from farm_ar.geometry import camera_frame
-from farm_ar.scenes import Camera, FieldOfView
+from farm_ar.game_logic.hand import HandState
+from farm_ar.game_logic.moment import Moment
+from farm_ar.geometry import direction
+from farm_ar.scenes import Camera, FieldOfView, Scene
 from farm_ar.scenes.builtin import FACING_S1, FACING_S4, builtin_scene
+
+FARM = builtin_scene("farm")
+HAND = HandState(np.array([0.45, 0.3]), 0.0, np.zeros(2), None, True)
+
+
+def start(scene: Scene = FARM, camera: Camera = FACING_S1) -> Moment:
+    n = len(scene.layout)
+    return Moment(
+        scene,
+        scene.layout,
+        scene.layout,
+        np.zeros(n, dtype=bool),
+        camera,
+        counts=np.arange(n),
+        misplaced=None,
+    )
+
+
+def has(image: Image, colour: tuple[int, int, int], tolerance: int = 40) -> bool:
+    return bool((np.abs(image.astype(int) - colour).max(axis=-1) <= tolerance).sum() > 15)
+
+
+def test_a_picture_has_the_size_asked_for_and_equal_moments_give_equal_bytes():
+    first = HeadsetView(FARM, (320, 240)).draw(start())
+    assert first.shape == (240, 320, 3)
+    drawer = HeadsetView(FARM, (320, 240))
+    drawer.draw(start(camera=FACING_S4))
+    assert drawer.draw(start()).tobytes() == first.tobytes()
+
+
+def test_the_ends_of_the_view_are_the_sides_of_the_picture():
+    fov = FieldOfView(np.deg2rad(20.0), np.deg2rad(40.0), 3.0)
+    camera = Camera(np.array([1.0, 2.0]), 0.7, fov, np.array(0.5))
+    view = Pinhole.of(camera, 400, 300)
+    for angle, column in ((-fov.left, 0.0), (0.0, view.middle[0]), (fov.right, 400.0)):
+        place = camera.position + 2.0 * direction(0.7 + angle)
+        pixel = view.pixels(view.frame(np.array([place[0], 0.5, place[1]])))
+        assert pixel == pytest.approx([column, 150.0])
+
+
+def test_the_plane_and_the_points_on_it_are_seen_in_the_same_places():
+    view = Pinhole.of(FACING_S1, 480, 480)
+    places = np.array([(0.3, 0.2), (0.9, 0.7), (0.1, 0.5)])
+    homogeneous = np.hstack([places, np.ones((3, 1))]) @ view.plane.T
+    pixels = view.pixels(view.frame(np.insert(places, 1, 0.0, axis=1)))
+    assert pixels == pytest.approx(homogeneous[:, :2] / homogeneous[:, 2:])
+    far = view.pixels(view.frame(np.array([FACING_S1.position[0], 0.0, 1e7])))
+    assert far[1] == pytest.approx(view.horizon, abs=1e-2)
+
+
+def test_what_is_behind_the_eye_is_cut_off():
+    view = Pinhole.of(Camera(np.zeros(2), 0.0, height=np.array(1.0)), 100, 100)
+    across = np.array([(-1.0, 0.0, -1.0), (1.0, 0.0, -1.0), (1.0, 0.0, 3.0), (-1.0, 0.0, 3.0)])
+    assert np.isfinite(view.polygon(across)).all()
+    assert len(view.polygon(across)) == 4
+    assert len(view.polygon(across - [0.0, 0.0, 5.0])) == 0
+
+
+@pytest.mark.parametrize("category", ["coop", "hutch", "shed", "anything"])
+def test_the_faces_of_a_solid_look_outwards_and_reach_its_height(category: str):
+    shape = solid(category, (90, 90, 90), 0.2, 0.14, 0.16)
+    middle = np.array([0.0, 0.05, 0.0])
+    for face in shape.faces:
+        assert face.normal @ (face.points.mean(axis=0) - middle) > 0
+    assert shape.points[:, 1].min() == pytest.approx(0, abs=0.02)
+    assert shape.points[:, 1].max() == pytest.approx(0.14, rel=0.05)
+
+
+def test_a_building_that_is_moved_is_seen_elsewhere_but_its_label_stays():
+    drawer = HeadsetView(FARM)
+    position = FARM.layout.position.copy()
+    i = FARM.layout.index("cyan-hutch")
+    position[i] += [0.3, -0.05]
+    moved = replace(start(), truth=FARM.layout.with_poses(position, FARM.layout.yaw))
+    before, after = drawer.draw(start()), drawer.draw(moved)
+    view = Pinhole.of(FACING_S1, 480, 480)
+    x, y = view.pixels(view.frame(np.array([position[i, 0], 0.03, position[i, 1]]))).astype(int)
+    assert not np.array_equal(before[y - 5 : y + 5, x - 5 : x + 5], after[y - 5 : y + 5, x - 5 : x + 5])
+    believed = replace(moved, believed=moved.truth)
+    assert not np.array_equal(after, drawer.draw(believed))
+
+
+@pytest.mark.parametrize(("camera", "label"), [(FACING_S1, "yellow-coop"), (FACING_S4, "green-coop")])
+def test_a_label_floats_only_where_it_is_believed_in_view(camera: Camera, label: str):
+    drawer, counts = HeadsetView(FARM), np.zeros(len(FARM.layout), dtype=int)
+    counts[FARM.layout.index(label)] = 55
+    for gaze in (FACING_S1, FACING_S4):
+        moment = start(camera=gaze)
+        counted = replace(moment, counts=counts)
+        blank = replace(moment, counts=np.zeros_like(counts))
+        seen = not np.array_equal(drawer.draw(counted), drawer.draw(blank))
+        assert seen == (gaze is camera)
+
+
+def test_a_label_beyond_the_range_of_the_view_does_not_float():
+    short = replace(FACING_S1, fov=FieldOfView(FACING_S1.fov.left, FACING_S1.fov.right, 0.65))
+    drawer, moment = HeadsetView(FARM), start(camera=short)
+    for label, seen in (("yellow-coop", False), ("cyan-hutch", True)):
+        counts = np.zeros(len(FARM.layout), dtype=int)
+        counts[FARM.layout.index(label)] = 55
+        blank = drawer.draw(replace(moment, counts=np.zeros_like(counts)))
+        assert np.array_equal(drawer.draw(replace(moment, counts=counts)), blank) != seen
+
+
+def test_the_headset_does_not_know_that_a_label_is_wrong():
+    drawer = HeadsetView(FARM)
+    wrong = replace(start(), wrong=np.ones(len(FARM.layout), dtype=bool))
+    assert np.array_equal(drawer.draw(start()), drawer.draw(wrong))
+
+
+def test_an_animal_stands_where_it_is_and_hops_only_when_it_moves():
+    drawer, place = HeadsetView(FARM), np.array([[0.45, 0.25]])
+    bunny = FARM.layout.index("magenta-hutch")
+    one = replace(start(), animal=place, animal_heading=np.zeros(1), animal_goal=np.array([bunny]))
+    view = Pinhole.of(FACING_S1, 480, 480)
+    x, y = view.pixels(view.frame(np.array([0.45, 0.015, 0.25]))).astype(int)
+    area = np.s_[y - 12 : y + 12, x - 12 : x + 12]
+    magenta = label_colours(FARM.layout.labels)[bunny]
+    assert has(drawer.draw(one)[area], magenta)
+    assert not has(drawer.draw(start())[area], magenta)
+    later = drawer.draw(replace(one, seconds=0.4))
+    assert np.array_equal(drawer.draw(one)[area], later[area])
+
+
+def test_a_frozen_picture_is_bluer_and_the_hand_is_seen_in_it():
+    drawer = HeadsetView(FARM)
+    play, frozen = drawer.draw(start()), drawer.draw(replace(start(), phase="hand"))
+    assert (frozen[300:440, 100:400, 2].astype(int) - play[300:440, 100:400, 2]).mean() > 20
+    with_hand = drawer.draw(replace(start(), phase="hand", hand=HAND))
+    changed = (with_hand != frozen).any(axis=-1)
+    assert changed[:200].sum() < changed[200:].sum()
+    assert changed[-1].any() or changed[:, -1].any() or changed[:, 0].any()
+
+
+def test_what_the_view_does_not_reach_up_and_down_is_dark():
+    fov = FieldOfView.symmetric(np.deg2rad(43.0), 1.5, np.deg2rad(29.0))
+    narrow = Camera(FACING_S1.position, FACING_S1.yaw, fov, FACING_S1.height, FACING_S1.pitch)
+    whole = replace(narrow, fov=FieldOfView.symmetric(np.deg2rad(43.0), 1.5))
+    drawer = HeadsetView(FARM, header=False)
+    limited, free = (drawer.draw(start(camera=camera)) for camera in (narrow, whole))
+    assert limited[-20:].mean() < 0.5 * free[-20:].mean()
+    assert np.array_equal(limited[300:320], free[300:320])
+
+
+@pytest.mark.parametrize("name", ["L1", "H1", "pantry"])
+def test_any_scene_can_be_seen_from_inside(name: str):
+    scene = builtin_scene(name)
+    assert scene.camera_path is not None
+    cameras = scene.camera_path.cameras(8, scene.fov)
+    drawer = HeadsetView(scene)
+    pictures = [drawer.draw(start(scene, cameras.at(k))) for k in range(8)]
+    assert len({picture.tobytes() for picture in pictures}) == 8
+
+
+@given(st.lists(st.tuples(st.floats(0, 480), st.floats(10, 90), st.floats(20, 470)), min_size=1, max_size=12))
+def test_floating_labels_never_cover_each_other(labels: list[tuple[float, float, float]]):
+    middle, half, base = np.array(labels).T
+    row = stack(middle, half, base, 18.0, 40.0, 476.0)
+    for i in range(len(row)):
+        for j in range(i):
+            over = abs(middle[i] - middle[j]) < half[i] + half[j] - 1e-6
+            assert not over or np.isnan(row[i] + row[j]) or abs(row[i] - row[j]) >= 18.0 - 1e-6
+    assert np.all(np.isnan(row) | ((row >= 40.0) & (row <= 476.0)))
+
+
+def test_labels_with_room_float_where_they_belong_and_glide_when_they_come_near():
+    half, base = np.array([50.0, 50.0]), np.array([300.0, 290.0])
+    rows = [
+        stack(np.array([200.0, x]), half, base, 18.0, 40.0, 476.0) for x in np.arange(350.0, 250.0, -0.25)
+    ]
+    assert rows[0] == pytest.approx(base)
+    assert rows[-1] == pytest.approx([300.0, 282.0])
+    assert np.abs(np.diff(rows, axis=0)).max() < 2.5

@@ -6,6 +6,7 @@ import pytest
 
 import farm_ar  # noqa: F401  # registers the environments
 from farm_ar.envs import FarmToTableEnv
+from farm_ar.game_logic.headset import field_of_view, look_at
 from farm_ar.scenes import Camera, CameraPath, FieldOfView, Layout, Scene, Weights
 
 Drive = Callable[..., list[dict]]
@@ -60,10 +61,18 @@ def offsets() -> Callable[..., np.ndarray]:
 
 
 @pytest.fixture
+def straight_on() -> Camera:
+    """Looks from behind the near edge at the middle of the farm's table."""
+    return look_at(np.array([0.6, -0.3]), np.array([0.6, 0.4]), field_of_view("photo"))
+
+
+@pytest.fixture
 def drive() -> Drive:
     """Steers the hand to a point of the table, open or closed; gives the infos of the steps it took."""
 
-    def steer(env: gym.Env, goal: tuple[float, float], grip: bool, most: int = 40) -> list[dict]:
+    def steer(
+        env: gym.Env, goal: tuple[float, float], grip: bool, speed: float = 1.5, most: int = 60
+    ) -> list[dict]:
         infos: list[dict] = []
         tabletop = env.unwrapped.world.tabletop
         while len(infos) < most:
@@ -73,8 +82,9 @@ def drive() -> Drive:
             way = np.asarray(goal) - hand.position
             if np.linalg.norm(way) < 0.005:
                 break
-            speed = np.clip(way / 0.1 / 1.5, -1, 1)
-            *_, over, _, info = env.step(np.array([*speed, 0.0, 1.0 if grip else -1.0], dtype=np.float32))
+            velocity = way * min(speed / np.linalg.norm(way), 1 / 0.1)
+            action = [*(velocity / 1.5), 0.0, 1.0 if grip else -1.0]
+            *_, over, _, info = env.step(np.array(action, dtype=np.float32))
             infos.append(info)
             if over:
                 break

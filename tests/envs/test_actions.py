@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from farm_ar.envs import FarmToTableEnv
-from farm_ar.geometry import wrap
+from farm_ar.geometry import bearing, wrap
+from farm_ar.scenes import Camera, FieldOfView
 
 AT_EASE = {"jitter": "none", "play_seconds": 0.0, "budget": 9.0}
 
@@ -52,7 +53,7 @@ def test_a_continuous_action_picks_the_nearest_building_in_view():
     env = begun(action="continuous")
     _, index = first_in_view(env)
     before = env.world.truth.position[index]
-    pick = 2 * (before + [0.02, -0.01]) / [1.2, 0.8] - 1
+    pick = 2 * np.add(before, (0.02, -0.01)) / [1.2, 0.8] - 1
     *_, over, _, _ = env.step(np.array([*pick, 0.0, -0.2, 0.0], dtype=np.float32))
     assert not over
     np.testing.assert_allclose(env.world.truth.position[index] - before, [0, -0.06], atol=0.005)
@@ -99,8 +100,6 @@ def test_of_a_whole_layout_only_what_is_in_view_moves(pair, plain, offsets, left
 
 def test_what_an_earlier_move_of_a_layout_pushed_out_of_view_stays_there(pair):
     # The view ends just right of the right coop. Pushed over that border it cannot be gripped.
-    from farm_ar.scenes import Camera, FieldOfView
-
     fov = FieldOfView(1.5, float(np.arctan2(0.06, 1.3)), 9.0)
     camera = Camera(np.array([0.3, -1.0]), np.array(0.0), fov)
 
@@ -138,8 +137,6 @@ def test_masks_allow_what_is_in_view_leaving_and_every_level(action, others):
 
 
 def test_with_nothing_in_view_only_leaving_is_left():
-    from farm_ar.scenes import Camera
-
     env = FarmToTableEnv(play_seconds=0.0)
     away = Camera(np.array([0.6, -1.0]), np.array(np.pi))
     _, info = env.reset(seed=0, options={"camera": away})
@@ -151,11 +148,9 @@ def test_with_nothing_in_view_only_leaving_is_left():
 
 
 def test_objects_are_numbered_kind_by_kind_from_left_to_right_and_keep_their_numbers():
-    from farm_ar.geometry import bearing
-
     env = FarmToTableEnv(visits=2, jitter="hard", play_seconds=0.0)
     for seed in range(5):
-        observation, _ = env.reset(seed=seed)
+        env.reset(seed=seed)
         view, camera = env.view, env.world.camera
         names = [view.truth.category[i] for i in view.order]
         assert names == ["coop"] * 5 + ["hutch"] * 5 + ["shed"]
@@ -164,7 +159,7 @@ def test_objects_are_numbered_kind_by_kind_from_left_to_right_and_keep_their_num
         assert np.all(np.diff(angle[5:10]) > 0)
         np.testing.assert_array_equal(view.order[:10], view.movable)
         for _ in range(3):
-            observation, *_ = env.step(np.array([int(np.flatnonzero(env.action_masks()[:10])[0]), 0, 6, 3]))
+            env.step(np.array([int(np.flatnonzero(env.action_masks()[:10])[0]), 0, 6, 3]))
         env.step(np.array([10, 0, 0, 0]))
         np.testing.assert_array_equal(env.view.order, view.order)
 

@@ -6,6 +6,7 @@ import pytest
 from farm_ar.envs import FarmToTableEnv
 from farm_ar.envs.budget import EffortBudget, MotionBudget
 from farm_ar.envs.moves import Move
+from farm_ar.game_logic.headset import field_of_view, look_at
 from farm_ar.game_logic.motion import Motion
 
 FORWARD = np.array([0.0, 1.0])
@@ -91,7 +92,5 @@ def test_a_second_visit_has_a_budget_of_its_own():
 
 
 def looking_at(scene):
-    from farm_ar.game_logic.headset import field_of_view, look_at
-
     middle = np.array(scene.size) / 2
     return look_at(middle - [0, 1.2], middle, field_of_view("photo"))

@@ -76,14 +76,14 @@ def test_a_head_that_does_not_keep_still_looks_elsewhere_when_the_snapshot_is_ta
     assert 4 < turns(6.0).std() < 8
 
 
-def test_a_steered_hand_has_a_head_that_does_not_keep_still_too(drive):
+def test_a_steered_hand_has_a_head_that_does_not_keep_still_too(drive, straight_on):
     env = FarmToTableEnv(control="hand", head_noise_deg=6.0, hand_seconds=1.0)
-    env.reset(seed=0)
-    yaw = float(env.world.camera.yaw)
+    env.reset(seed=0, options={"camera": straight_on})
     drive(env, (0.6, 0.1), grip=False)
     while not env.world.sightings:
         env.step(np.zeros(4, dtype=np.float32))
-    assert 0.1 < np.rad2deg(abs(float(env.world.sightings[0].snapshot.camera.yaw) - yaw)) < 20
+    used = env.world.sightings[0].snapshot.camera
+    assert 0.1 < np.rad2deg(abs(float(used.yaw - straight_on.yaw))) < 20
 
 
 @pytest.mark.parametrize("seconds", [0.0, 5.0, 12.5])

@@ -93,7 +93,7 @@ def test_every_rule_refuses_a_category_that_the_scene_does_not_declare(
 
 
 def test_the_simpler_rules_are_known_by_name() -> None:
-    assert BASELINES == {"nearest": NearestReid, "distance": DistanceReid, "last-known": LastKnownReid}
+    assert {"nearest": NearestReid, "distance": DistanceReid, "last-known": LastKnownReid} == BASELINES
 
 
 def test_nearest_gives_the_nearest_label_even_twice() -> None:
