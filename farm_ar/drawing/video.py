@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from farm_ar.drawing.game_colours import Image
+from farm_ar.drawing.game.colours import Image
 from farm_ar.errors import OptionError
 
 _FILTER = "pad=ceil(iw/2)*2:ceil(ih/2)*2"

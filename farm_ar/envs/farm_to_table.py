@@ -294,7 +294,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         if self.render_mode is None:
             return None
         if self._frames is None:
-            from farm_ar.drawing.game_frames import GameFrames
+            from farm_ar.drawing.game.frames import GameFrames
 
             self._frames = GameFrames(self._scene)
         return self._frames.frame(self.world.moment())
@@ -329,7 +329,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         }
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__init__(**state["arguments"])  # type: ignore[misc]
+        FarmToTableEnv.__init__(self, **state["arguments"])  # a subclass may have other arguments
         self.spec = state["spec"]
         self.action_space, self.observation_space = state["spaces"]
         self._np_random, self._np_random_seed = state["generator"]

@@ -143,7 +143,7 @@ class PixelObservation:
     HEIGHT = 96
 
     def __init__(self, scene: Scene, white_box: bool) -> None:
-        from farm_ar.drawing.game_above import TableFromAbove
+        from farm_ar.drawing.game.above import TableFromAbove
 
         width = round(self.HEIGHT * scene.size[0] / scene.size[1])
         self._white_box = white_box

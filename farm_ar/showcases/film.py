@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from farm_ar.drawing.game_frames import GameFrames
+from farm_ar.drawing.game.frames import GameFrames
 from farm_ar.game_logic.counters import label_text
 from farm_ar.game_logic.farm_game import HAND_AWAY_S, TICK_S, FarmGame
 from farm_ar.game_logic.headset import HeadMotion, field_of_view, gaze_target, look_at

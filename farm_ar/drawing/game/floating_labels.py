@@ -8,12 +8,12 @@ import cv2
 import numpy as np
 
 from farm_ar.arrays import FloatArray
-from farm_ar.drawing.game_colours import INK, Colour, Image, lighter, luminance
-from farm_ar.drawing.lettering import BOLD, text_sprite
-from farm_ar.drawing.pinhole import Pinhole
-from farm_ar.drawing.pixels import paste
-from farm_ar.drawing.plates import plate_text
-from farm_ar.drawing.sprites import Sprite
+from farm_ar.drawing.game.colours import INK, Colour, Image, lighter, luminance
+from farm_ar.drawing.game.lettering import BOLD, text_sprite
+from farm_ar.drawing.game.pinhole import Pinhole
+from farm_ar.drawing.game.pixels import paste
+from farm_ar.drawing.game.plates import plate_text
+from farm_ar.drawing.game.sprites import Sprite
 from farm_ar.game_logic.moment import Moment
 from farm_ar.geometry import direction
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from farm_ar.drawing.game_colours import INK, Colour, darker, lighter
-from farm_ar.drawing.shapes import Art, Part, Thing, box, disc, ellipse, polygon, stroke, thing
+from farm_ar.drawing.game.colours import INK, Colour, darker, lighter
+from farm_ar.drawing.game.shapes import Art, Part, Thing, box, disc, ellipse, polygon, stroke, thing
 
 _STEEL: Colour = (186, 194, 200)
 _WATER: Colour = (96, 176, 222)

@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 
 from farm_ar.arrays import FloatArray
-from farm_ar.drawing.game_colours import Colour, Image
-from farm_ar.drawing.pinhole import NEAR_M, Pinhole, before_camera
-from farm_ar.drawing.solids import Solid, light_on
-from farm_ar.drawing.sprites import SHIFT, fixed_point
+from farm_ar.drawing.game.colours import Colour, Image
+from farm_ar.drawing.game.pinhole import NEAR_M, Pinhole, before_camera
+from farm_ar.drawing.game.solids import Solid, light_on
+from farm_ar.drawing.game.sprites import SHIFT, fixed_point
 
 _STEP = np.log(1.03)
 """Sizes of what stands upright are rounded to steps of 3%."""

@@ -13,9 +13,9 @@ from functools import partial
 import numpy as np
 
 from farm_ar.arrays import FloatArray
-from farm_ar.drawing import farm_beasts, farm_things
-from farm_ar.drawing.ground import is_farm
-from farm_ar.drawing.shapes import Thing
+from farm_ar.drawing.game import farm_beasts, farm_things
+from farm_ar.drawing.game.ground import is_farm
+from farm_ar.drawing.game.shapes import Thing
 from farm_ar.geometry import footprint_corners, heading
 from farm_ar.scenes import Layout, Scene
 

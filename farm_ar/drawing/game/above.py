@@ -6,20 +6,20 @@ from functools import cached_property
 
 import numpy as np
 
-from farm_ar.drawing import creatures, ground
-from farm_ar.drawing.buildings_above import roof
-from farm_ar.drawing.game_colours import PAPER, Image, category_colour, darker, label_colours
-from farm_ar.drawing.game_header import draw_header, draw_legend, draw_score, header_height
-from farm_ar.drawing.game_marks import draw_beliefs, draw_camera
-from farm_ar.drawing.game_small import SmallTable
-from farm_ar.drawing.lettering import BOLD, text_sprite
-from farm_ar.drawing.overlays import freeze, ice_block, outline
-from farm_ar.drawing.pixels import paste
-from farm_ar.drawing.plates import Plates, arrange, draw_leaders, draw_plate, plate_text, room_for
-from farm_ar.drawing.player import draw_hand
-from farm_ar.drawing.scenery import Scenery
-from farm_ar.drawing.sprites import paste_art
-from farm_ar.drawing.window import Window, window_on
+from farm_ar.drawing.game import creatures, ground
+from farm_ar.drawing.game.buildings_above import roof
+from farm_ar.drawing.game.colours import PAPER, Image, category_colour, darker, label_colours
+from farm_ar.drawing.game.header import draw_header, draw_legend, draw_score, header_height
+from farm_ar.drawing.game.lettering import BOLD, text_sprite
+from farm_ar.drawing.game.marks import draw_beliefs, draw_camera
+from farm_ar.drawing.game.overlays import freeze, ice_block, outline
+from farm_ar.drawing.game.pixels import paste
+from farm_ar.drawing.game.plates import Plates, arrange, draw_leaders, draw_plate, plate_text, room_for
+from farm_ar.drawing.game.player import draw_hand
+from farm_ar.drawing.game.scenery import Scenery
+from farm_ar.drawing.game.small import SmallTable
+from farm_ar.drawing.game.sprites import paste_art
+from farm_ar.drawing.game.window import Window, window_on
 from farm_ar.game_logic.moment import Moment
 from farm_ar.geometry import footprint_corners, voronoi_cells
 from farm_ar.scenes import Layout, Scene

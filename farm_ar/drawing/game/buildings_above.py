@@ -6,8 +6,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from farm_ar.drawing.game_colours import BARN, INK, SLATE, WOOD, Colour, darker, lighter, luminance
-from farm_ar.drawing.shapes import Art, Part, box, polygon, stroke
+from farm_ar.drawing.game.colours import BARN, INK, SLATE, WOOD, Colour, darker, lighter, luminance
+from farm_ar.drawing.game.shapes import Art, Part, box, polygon, stroke
 
 _TRIM: Colour = (244, 236, 216)
 _DOORWAY: Colour = (58, 40, 28)

@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from farm_ar.arrays import FloatArray
-from farm_ar.drawing.game_colours import BARN, SLATE, WOOD, Colour, darker, lighter, mixed
-from farm_ar.drawing.solids import Face, Solid
+from farm_ar.drawing.game.colours import BARN, SLATE, WOOD, Colour, darker, lighter, mixed
+from farm_ar.drawing.game.solids import Face, Solid
 
 _TRIM: Colour = (244, 236, 216)
 _DOORWAY: Colour = (58, 40, 28)

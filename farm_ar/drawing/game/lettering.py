@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from farm_ar.drawing.game_colours import Colour
-from farm_ar.drawing.sprites import Sprite
+from farm_ar.drawing.game.colours import Colour
+from farm_ar.drawing.game.sprites import Sprite
 
 # OpenCV 5 brings an outline font; older ones have strokes only.
 _FONT = cv2.FontFace("sans") if hasattr(cv2, "FontFace") else None

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from farm_ar.drawing.game_colours import INK, Colour, darker, lighter
-from farm_ar.drawing.shapes import Thing, disc, ellipse, polygon, stroke, thing
+from farm_ar.drawing.game.colours import INK, Colour, darker, lighter
+from farm_ar.drawing.game.shapes import Thing, disc, ellipse, polygon, stroke, thing
 
 _HAIR: Colour = (236, 228, 212)
 _HORN: Colour = (150, 132, 104)

@@ -6,9 +6,9 @@ import cv2
 import numpy as np
 
 from farm_ar.arrays import FloatArray
-from farm_ar.drawing.game_colours import SKIN, VIEW, Colour, Image, category_colour, label_colours
-from farm_ar.drawing.sprites import SHIFT, fixed_point
-from farm_ar.drawing.window import window_on
+from farm_ar.drawing.game.colours import SKIN, VIEW, Colour, Image, category_colour, label_colours
+from farm_ar.drawing.game.sprites import SHIFT, fixed_point
+from farm_ar.drawing.game.window import window_on
 from farm_ar.game_logic.hand import HAND_RADIUS
 from farm_ar.game_logic.moment import Moment
 from farm_ar.geometry import footprint_corners, view_polygon

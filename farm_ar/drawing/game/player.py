@@ -8,12 +8,12 @@ import cv2
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray
-from farm_ar.drawing.game_colours import INK, SKIN, SLEEVE, Colour, Image, darker, lighter
-from farm_ar.drawing.overlays import outline, tint_area
-from farm_ar.drawing.pinhole import Pinhole
-from farm_ar.drawing.shapes import Art, Part, box, disc, ellipse, stroke
-from farm_ar.drawing.sprites import SHIFT, fixed_point, paste_art
-from farm_ar.drawing.window import Window
+from farm_ar.drawing.game.colours import INK, SKIN, SLEEVE, Colour, Image, darker, lighter
+from farm_ar.drawing.game.overlays import outline, tint_area
+from farm_ar.drawing.game.pinhole import Pinhole
+from farm_ar.drawing.game.shapes import Art, Part, box, disc, ellipse, stroke
+from farm_ar.drawing.game.sprites import SHIFT, fixed_point, paste_art
+from farm_ar.drawing.game.window import Window
 from farm_ar.game_logic.hand import HandState
 
 _HAIR = (86, 60, 42)

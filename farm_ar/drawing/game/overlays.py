@@ -8,10 +8,10 @@ import cv2
 import numpy as np
 
 from farm_ar.arrays import FloatArray
-from farm_ar.drawing.game_colours import ICE, Colour, Image
-from farm_ar.drawing.pixels import cover, mix_area
-from farm_ar.drawing.shapes import Art, Part, ellipse, polygon, stroke
-from farm_ar.drawing.sprites import SHIFT, fixed_point
+from farm_ar.drawing.game.colours import ICE, Colour, Image
+from farm_ar.drawing.game.pixels import cover, mix_area
+from farm_ar.drawing.game.shapes import Art, Part, ellipse, polygon, stroke
+from farm_ar.drawing.game.sprites import SHIFT, fixed_point
 
 _CLEAR = 0.70
 """How much is still seen through clear ice."""

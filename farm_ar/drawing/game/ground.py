@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from farm_ar.arrays import FloatArray
-from farm_ar.drawing.game_colours import Colour, Image, darker, lighter
+from farm_ar.drawing.game.colours import Colour, Image, darker, lighter
 from farm_ar.game_logic.counters import ANIMALS
 from farm_ar.scenes import Scene
 

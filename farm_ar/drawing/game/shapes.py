@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from farm_ar.arrays import FloatArray
-from farm_ar.drawing.game_colours import INK, Colour
+from farm_ar.drawing.game.colours import INK, Colour
 
 _LINE, _SHADOW = 0.0015, 0.005
 

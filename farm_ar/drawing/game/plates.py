@@ -9,10 +9,10 @@ import cv2
 import numpy as np
 
 from farm_ar.arrays import FloatArray
-from farm_ar.drawing.game_colours import PAPER, WRONG, Colour, Image, darker, legible_on
+from farm_ar.drawing.game.colours import PAPER, WRONG, Colour, Image, darker, legible_on
+from farm_ar.drawing.game.lettering import BOLD, text_sprite, text_width
+from farm_ar.drawing.game.pixels import Bytes, paste
 from farm_ar.drawing.labels import place_labels
-from farm_ar.drawing.lettering import BOLD, text_sprite, text_width
-from farm_ar.drawing.pixels import Bytes, paste
 from farm_ar.game_logic.counters import label_text
 from farm_ar.game_logic.moment import Moment
 

@@ -3,9 +3,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from farm_ar.drawing.game_above import TableFromAbove
-from farm_ar.drawing.game_colours import GO, ICE, WRONG, Image, label_colours
-from farm_ar.drawing.game_small import SmallTable
+from farm_ar.drawing.game.above import TableFromAbove
+from farm_ar.drawing.game.colours import GO, ICE, WRONG, Image, label_colours
+from farm_ar.drawing.game.small import SmallTable
 from farm_ar.game_logic.hand import HandState
 from farm_ar.game_logic.moment import Moment
 from farm_ar.scenes import Camera, Scene

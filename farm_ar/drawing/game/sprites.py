@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from farm_ar.arrays import FloatArray
-from farm_ar.drawing.game_colours import Colour, Image
-from farm_ar.drawing.pixels import paste
-from farm_ar.drawing.shapes import Art, Part
+from farm_ar.drawing.game.colours import Colour, Image
+from farm_ar.drawing.game.pixels import paste
+from farm_ar.drawing.game.shapes import Art, Part
 
 SHIFT = 4
 """Binary places of the coordinates that OpenCV is given."""

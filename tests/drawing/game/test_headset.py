@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farm_ar.drawing.building_solids import solid
-from farm_ar.drawing.floating_labels import stack
-from farm_ar.drawing.game_colours import Image, label_colours
-from farm_ar.drawing.game_headset import HeadsetView
-from farm_ar.drawing.pinhole import Pinhole
+from farm_ar.drawing.game.building_solids import solid
+from farm_ar.drawing.game.colours import Image, label_colours
+from farm_ar.drawing.game.floating_labels import stack
+from farm_ar.drawing.game.headset import HeadsetView
+from farm_ar.drawing.game.pinhole import Pinhole
 from farm_ar.game_logic.hand import HandState
 from farm_ar.game_logic.moment import Moment
 from farm_ar.geometry import direction

@@ -9,19 +9,19 @@ import cv2
 import numpy as np
 
 from farm_ar.arrays import FloatArray
-from farm_ar.drawing import creatures, ground
-from farm_ar.drawing.building_solids import solid
-from farm_ar.drawing.floating_labels import draw_floating_labels
-from farm_ar.drawing.game_colours import Image, category_colour, label_colours
-from farm_ar.drawing.game_header import draw_header, header_height
-from farm_ar.drawing.overlays import freeze, ice_block
-from farm_ar.drawing.perspective import draw_solid, upright_scales
-from farm_ar.drawing.pinhole import Pinhole
-from farm_ar.drawing.player import draw_hand_before_eyes
-from farm_ar.drawing.rooms import draw_table_edges, draw_table_shadow, draw_walls
-from farm_ar.drawing.scenery import Scenery
-from farm_ar.drawing.shapes import Art
-from farm_ar.drawing.sprites import paste_art
+from farm_ar.drawing.game import creatures, ground
+from farm_ar.drawing.game.building_solids import solid
+from farm_ar.drawing.game.colours import Image, category_colour, label_colours
+from farm_ar.drawing.game.floating_labels import draw_floating_labels
+from farm_ar.drawing.game.header import draw_header, header_height
+from farm_ar.drawing.game.overlays import freeze, ice_block
+from farm_ar.drawing.game.perspective import draw_solid, upright_scales
+from farm_ar.drawing.game.pinhole import Pinhole
+from farm_ar.drawing.game.player import draw_hand_before_eyes
+from farm_ar.drawing.game.rooms import draw_table_edges, draw_table_shadow, draw_walls
+from farm_ar.drawing.game.scenery import Scenery
+from farm_ar.drawing.game.shapes import Art
+from farm_ar.drawing.game.sprites import paste_art
 from farm_ar.game_logic.moment import Moment
 from farm_ar.scenes import Camera, Layout, Scene
 

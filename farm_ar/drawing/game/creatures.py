@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from farm_ar.drawing.game_colours import INK, Colour, darker, lighter, luminance, mixed
-from farm_ar.drawing.shapes import Art, Part, disc, ellipse, polygon, stroke
+from farm_ar.drawing.game.colours import INK, Colour, darker, lighter, luminance, mixed
+from farm_ar.drawing.game.shapes import Art, Part, disc, ellipse, polygon, stroke
 
 LENGTH_M = 0.045
 """How long they are drawn: large enough to be told apart."""

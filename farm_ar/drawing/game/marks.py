@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from farm_ar.arrays import BoolArray
-from farm_ar.drawing.game_colours import VIEW, WRONG, Colour, Image, darker
-from farm_ar.drawing.overlays import dashed_line, outline, tint_area
-from farm_ar.drawing.player import head
-from farm_ar.drawing.sprites import paste_art
-from farm_ar.drawing.window import Window
+from farm_ar.drawing.game.colours import VIEW, WRONG, Colour, Image, darker
+from farm_ar.drawing.game.overlays import dashed_line, outline, tint_area
+from farm_ar.drawing.game.player import head
+from farm_ar.drawing.game.sprites import paste_art
+from farm_ar.drawing.game.window import Window
 from farm_ar.game_logic.moment import Moment
 from farm_ar.geometry import footprint_corners, view_polygon, wrap
 from farm_ar.scenes import Camera

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from farm_ar.arrays import FloatArray
-from farm_ar.drawing.game_colours import Colour
+from farm_ar.drawing.game.colours import Colour
 
 _SUN = np.array([-0.45, 0.80, -0.40])
 

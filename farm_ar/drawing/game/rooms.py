@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from farm_ar.arrays import FloatArray
-from farm_ar.drawing import ground
-from farm_ar.drawing.game_colours import Image, darker, lighter
-from farm_ar.drawing.perspective import fill
-from farm_ar.drawing.pinhole import Pinhole
+from farm_ar.drawing.game import ground
+from farm_ar.drawing.game.colours import Image, darker, lighter
+from farm_ar.drawing.game.perspective import fill
+from farm_ar.drawing.game.pinhole import Pinhole
 
 _BOARD_M = 0.03
 """Thickness of the table top."""

@@ -1,0 +1,1 @@
+"""The game as pictures: the table from above, the headset's view, and both side by side."""
