@@ -144,9 +144,9 @@ class Flock:
     ) -> Arrivals:
         """Let the animals run on. Those that arrive leave the flock.
 
-        An animal arrives when it is first inside a footprint, edges included, at once if a building has been
-        put over it; or at the end of its curve, where nothing stands. One call over a long time and many over
-        short ones give the same.
+        An animal arrives when it is first inside the footprint in which its curve ends, edges included, at
+        once if that building has been put over it; or at the end of its curve, where nothing stands. It runs
+        past what else is in its way. One call over a long time and many over short ones give the same.
 
         Args:
             seconds: for how long, not negative.

@@ -296,6 +296,16 @@ def first_building(p: Polynomial, begin: float, end: float, box: FloatArray) -> 
 
 
 @numba.njit(cache=True, nogil=True)
+def standing_at(x: float, z: float, box: FloatArray) -> int:
+    """Which of the footprints (N, 8) a point is in, edges included; of several the least, NOWHERE if none."""
+    for i in range(len(box)):
+        dx, dz, sine, cosine = x - box[i, 0], z - box[i, 1], box[i, 2], box[i, 3]
+        if abs(dx * cosine - dz * sine) <= box[i, 4] and abs(dx * sine + dz * cosine) <= box[i, 5]:
+            return i
+    return NOWHERE
+
+
+@numba.njit(cache=True, nogil=True)
 def stays_on(p: Polynomial, table: FloatArray) -> bool:
     """Whether a whole curve is on a table from (0, 0) to (2,)."""
     for axis in range(2):
@@ -372,7 +382,9 @@ def advance(
     building: IntArray,
     run: FloatArray,
 ) -> int:
-    """Let animals run until they enter a building, come to the end of their curve or have run far enough.
+    """Let animals run until they are in the building where their curve ends, at its end, or far enough.
+
+    What else stands in the way does not stop them.
 
     Args:
         curve: (A, 4, 2) control points, metres.
@@ -398,7 +410,10 @@ def advance(
             continue
         p = polynomial(curve[a])
         end = parameter_at(p, knot[a], travelled[a], target)
-        building[a], entry = first_building(p, parameter[a], end, box)
+        aim = standing_at(curve[a, 3, 0], curve[a, 3, 1], box)
+        building[a], entry = first_building(p, parameter[a], end, box[max(aim, 0) : aim + 1])
+        if building[a] != NOWHERE:
+            building[a] = aim
         if building[a] != NOWHERE:
             begun = max(along[a], 0.0)
             reached = length_at(p, knot[a], travelled[a], entry) if entry > parameter[a] else begun

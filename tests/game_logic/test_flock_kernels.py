@@ -192,6 +192,8 @@ def test_compiled_kernels_and_plain_python_agree(rng: np.random.Generator) -> No
     curve = rng.uniform(-1, 1, (40, 4, 2))
     knot, travelled = tables(curve)
     box = np.concatenate([one_box(0.3, 0.2, 0.4), one_box(0.1, 0.5, -2.0) + 0.3])
+    curve[:10, 3], curve[10:20, 3] = box[0, :2], box[1, :2]
+    knot, travelled = tables(curve)
     results = []
     for advance in (COMPILED["advance"], kernels.advance):
         along, parameter = np.full(40, -0.01), np.zeros(40)

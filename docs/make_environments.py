@@ -1,0 +1,54 @@
+"""Writes environments.md: the docstring of the environment's class, and the spaces of what is registered.
+
+Run it after a change of either: python docs/make_environments.py
+"""
+
+from inspect import getdoc
+from pathlib import Path
+
+import gymnasium as gym
+from gymnasium import spaces
+
+import farm_ar  # noqa: F401  # registers the environments
+from farm_ar.envs import FarmToTableEnv
+
+PAGE = Path(__file__).parent / "environments.md"
+ENTRY_POINT = "farm_ar.envs:FarmToTableEnv"
+
+
+def page() -> str:
+    """The whole page."""
+    summary, _, sections = (getdoc(FarmToTableEnv) or "").partition("\n\n")
+    parts = [
+        "# Environments",
+        f"<!-- Made by docs/{Path(__file__).name}; do not edit. -->",
+        summary,
+        '```python\nimport gymnasium as gym\n\nenv = gym.make("farm_ar:FarmToTable-v0", jitter="easy")\n```',
+        sections,
+        "## Registered Environments",
+        *(registered(name) for name, spec in gym.registry.items() if spec.entry_point == ENTRY_POINT),
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def registered(name: str) -> str:
+    """What is registered under a name: its arguments, its actions, its observations."""
+    env = gym.make(name).unwrapped
+    arguments = ", ".join(f"{key}={value!r}" for key, value in gym.spec(name).kwargs.items())
+    lines = [
+        f"### {name}",
+        "",
+        f"`FarmToTableEnv({arguments})`",
+        "",
+        "| | space |",
+        "|---|---|",
+        f"| action | `{env.action_space}` |",
+    ]
+    assert isinstance(env.observation_space, spaces.Dict)
+    lines += [f"| `{key}` | `{space}` |" for key, space in env.observation_space.spaces.items()]
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")
+    print(f"Wrote {PAGE}")
