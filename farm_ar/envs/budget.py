@@ -6,7 +6,6 @@ from typing import Protocol
 
 import numpy as np
 
-from farm_ar.arrays import FloatArray
 from farm_ar.envs.moves import Move
 from farm_ar.game_logic.motion import Motion
 
@@ -15,8 +14,13 @@ class Budget(Protocol):
     """What is left for a visit."""
 
     @property
-    def left(self) -> FloatArray:
-        """(2,) shares left, of metres and of radians."""
+    def left(self) -> tuple[float, float]:
+        """Shares left, of metres and of radians."""
+        ...
+
+    @property
+    def spent(self) -> bool:
+        """Whether nothing is left of one of them."""
         ...
 
     def fitted(self, moves: list[Move]) -> list[Move]:
@@ -37,24 +41,28 @@ class MotionBudget:
     """
 
     def __init__(self, metres: float, radians: float) -> None:
-        self._whole = np.array([metres, radians])
-        self._left = self._whole.copy()
+        self._metres = self._all_metres = metres
+        self._radians = self._all_radians = radians
 
     @property
-    def left(self) -> FloatArray:
-        """(2,) shares left, of metres and of radians."""
-        left: FloatArray = self._left / self._whole
-        return left
+    def left(self) -> tuple[float, float]:
+        """Shares left, of metres and of radians."""
+        return self._metres / self._all_metres, self._radians / self._all_radians
+
+    @property
+    def spent(self) -> bool:
+        """Whether nothing is left of one of them."""
+        return self._metres == 0 or self._radians == 0
 
     def fitted(self, moves: list[Move]) -> list[Move]:
         """The moves with ways and turns each scaled down together as far as needed."""
-        asked = np.array([_metres(moves), _radians(moves)])
-        by_way, by_turn = np.minimum(1.0, self._left / np.maximum(asked, 1e-12))
-        return [Move(move.index, by_way * move.displacement, float(by_turn * move.turn)) for move in moves]
+        by_way, by_turn = _share(self._metres, _metres(moves)), _share(self._radians, _radians(moves))
+        return [Move(move.index, by_way * move.displacement, by_turn * move.turn) for move in moves]
 
     def spend(self, motion: Motion) -> None:
         """Take off what was executed."""
-        self._left = np.maximum(self._left - [motion.metres, motion.radians], 0.0)
+        self._metres = max(self._metres - motion.metres, 0.0)
+        self._radians = max(self._radians - motion.radians, 0.0)
 
 
 class EffortBudget:
@@ -70,19 +78,27 @@ class EffortBudget:
         self._diagonal = diagonal
 
     @property
-    def left(self) -> FloatArray:
-        """(2,) the share left, twice."""
-        return np.full(2, self._left / self._whole)
+    def left(self) -> tuple[float, float]:
+        """The share left, twice."""
+        return self._left / self._whole, self._left / self._whole
+
+    @property
+    def spent(self) -> bool:
+        """Whether nothing is left."""
+        return self._left == 0
 
     def fitted(self, moves: list[Move]) -> list[Move]:
         """The moves, ways and turns scaled down together as far as needed."""
-        asked = Motion(_metres(moves), _radians(moves)).effort(self._diagonal)
-        by = min(1.0, self._left / asked) if asked > 0 else 1.0
+        by = _share(self._left, Motion(_metres(moves), _radians(moves)).effort(self._diagonal))
         return [Move(move.index, by * move.displacement, by * move.turn) for move in moves]
 
     def spend(self, motion: Motion) -> None:
         """Take off what was executed."""
         self._left = max(self._left - motion.effort(self._diagonal), 0.0)
+
+
+def _share(left: float, asked: float) -> float:
+    return left / asked if asked > left else 1.0
 
 
 def _metres(moves: list[Move]) -> float:

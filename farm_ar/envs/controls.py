@@ -134,12 +134,12 @@ class HandControl:
         """Steer for a tenth of a second. With nothing left of the budget the hand touches nothing."""
         values = np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0)
         velocity, twist = MAX_HAND_SPEED * values[:2], MAX_TWIST * float(values[2])
+        closed = bool(values[3] > 0)
         game, total = _game(world), Motion()
         for _ in range(min(TICKS_PER_STEP, self._left)):
-            solvent = bool(np.all(budget.left > 0))
-            if not solvent:
+            if budget.spent:
                 game.tabletop.raise_hand()
-            motion, sighting = game.tick(velocity, twist, solvent and bool(values[3] > 0))
+            motion, sighting = game.tick(velocity, twist, closed and not budget.spent)
             total += motion
             budget.spend(motion)
             self._left -= 1

@@ -236,9 +236,8 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         if self._trace is None or self._over:
             raise gym.error.ResetNeeded("step() needs reset() first")
         self._trace.add(checked_action(action, self._control.space))
-        before = self._standing()
+        before = self._standing(self._ambiguity())
         outcome = self._control.act(action, self.view, self._world, self._budget)
-        self._view = None
         ambiguity = before.ambiguity if outcome.sighting else self._ambiguity()
         if outcome.over:
             self._finish_visit(outcome.sighting)
@@ -266,17 +265,12 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         Raises:
             gymnasium.error.ResetNeeded: there has been no episode yet.
         """
-        if self._view is None:
-            world = self.world
-            self._view = TableView(
-                self._scene,
-                world.truth,
-                world.tracker.belief.layout,
-                world.camera,
-                self._order,
-                self._movable,
-            )
-        return self._view
+        world, view = self.world, self._view
+        truth, believed, camera = world.truth, world.tracker.belief.layout, world.camera
+        if view is None or (view.truth, view.believed, view.camera) != (truth, believed, camera):
+            view = TableView(self._scene, truth, believed, camera, self._order, self._movable)
+            self._view = view
+        return view
 
     @property
     def world(self) -> World:
@@ -373,7 +367,6 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         if sighting is not None:
             self._accuracy = sighting.accuracy
         self._world.play(self._options.play_seconds)
-        self._view = None
         self._visits_left -= 1
         self._over = self._visits_left == 0
         if not self._over:
@@ -383,12 +376,17 @@ class FarmToTableEnv(gym.Env[Any, Any]):
     def _ambiguity(self) -> float:
         return self.view.ambiguity if self._options.reward == "margin" else 0.0
 
-    def _standing(self, ambiguity: float | None = None) -> Standing:
+    def _endpoint_error(self) -> float:
+        if self._options.reward != "endpoint":
+            return 0.0
+        error = self._world.tracker.belief.endpoint_error(self._world.truth)
+        return float(error.sum()) / self._scene.diagonal
+
+    def _standing(self, ambiguity: float) -> Standing:
+        """What the reward looks at; what this one does not is left at 0."""
         world = self._world
-        belief = world.tracker.belief
-        error = float(belief.endpoint_error(world.truth).sum()) / self._scene.diagonal
-        known = self._ambiguity() if ambiguity is None else ambiguity
-        return Standing(belief.wrong_labels, known, world.miscounts, error)
+        wrong = world.tracker.belief.wrong_labels
+        return Standing(wrong, ambiguity, world.miscounts, self._endpoint_error())
 
     def _observe(self) -> Any:
         return self._observation.observe(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from gymnasium import spaces
 
 from farm_ar.arrays import FloatArray, IntArray
@@ -59,6 +60,7 @@ class StateObservation:
             name: (float(box.low.flat[0]), float(box.high.flat[0])) for name, box in boxes.items()
         }
         self._met: _Met | None = None
+        self._seen: tuple[TableView, Observation] | None = None
 
     def observe(
         self, view: TableView, left: FloatArray, hand: FloatArray | None, world: World
@@ -71,6 +73,17 @@ class StateObservation:
             hand: (8,) the hand's x, z, sin and cos of its yaw, velocity, grip, visibility; None without one.
             world: not looked at.
         """
+        if self._seen is None or self._seen[0] is not view:
+            self._seen = view, self._of_table(view)
+        values = {name: array.copy() for name, array in self._seen[1].items()}
+        values["budget"] = self._packed("budget", left)
+        if self._hand:
+            own = np.zeros(8) if hand is None else np.append(_scaled(hand[:2], view), hand[2:])
+            values["hand"] = self._packed("hand", own)
+        return values
+
+    def _of_table(self, view: TableView) -> Observation:
+        """What depends on the table alone."""
         order, truth, believed = view.order, view.truth, view.believed
         if self._met is None or self._met.order is not order:
             self._met = _Met(truth, order, self._kinds, self._widest)
@@ -81,7 +94,6 @@ class StateObservation:
             "in_view": view.in_view[order].astype(np.float64),
             "fixed": self._met.fixed,
             "camera": np.append(_scaled(view.camera.position, view), _heading(view.camera.yaw)),
-            "budget": left,
         }
         if self._white_box:
             difference = np.empty((len(order), 3))
@@ -95,12 +107,12 @@ class StateObservation:
                 "cost": np.where(self._met.is_rival, cost, NO_RIVAL),
                 "margin": np.fmin(view.margins[order] / MARGIN_SCALE, 1.0),  # NaN becomes 1
             }
-        if self._hand:
-            values["hand"] = np.zeros(8) if hand is None else np.append(_scaled(hand[:2], view), hand[2:])
-        return {
-            name: np.minimum(np.maximum(values[name], low), high).astype(np.float32).reshape(-1)
-            for name, (low, high) in self._limits.items()
-        }
+        return {name: self._packed(name, array) for name, array in values.items()}
+
+    def _packed(self, name: str, values: FloatArray) -> npt.NDArray[np.float32]:
+        """The values within their limits, flat."""
+        low, high = self._limits[name]
+        return np.minimum(np.maximum(values, low), high).astype(np.float32).reshape(-1)
 
 
 class _Met:

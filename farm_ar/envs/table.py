@@ -65,14 +65,14 @@ class TableView:
             result[seen] = margins(cost, solve_assignment(cost))
         return result
 
-    @property
+    @cached_property
     def ambiguity(self) -> float:
         """Half the sum over movable objects in view of 1 - margin / 0.3, each from 0 (clear) to 1 (a tie)."""
         seen = self.margins[self.movable]
         closeness = 1 - np.clip(seen[np.isfinite(seen)] / 0.3, 0.0, 1.0)
         return float(closeness.sum() / 2)
 
-    @property
+    @cached_property
     def least_margin(self) -> float:
         """The smallest finite margin of a movable object in view; 0 if there is none."""
         seen = self.margins[self.movable]

@@ -14,8 +14,8 @@ LetPass = Callable[[int], None]
 # A hand on the table is corrected every so many ticks.
 _PERIOD = 3
 
-# How long it presses on at its goal where something holds it up, periods; and what a hand that has stopped moves
-# by in a period at most, metres or radians.
+# How long it presses on at its goal where something holds it up, periods; and the most that a hand which has
+# stopped moves by in a period, metres or radians.
 _PATIENCE = 10
 _STOPPED = 1.5e-4
 

@@ -9,10 +9,9 @@ from farm_ar.geometry import direction, footprint_corners
 
 
 def deepest_overlap(position: FloatArray, yaw: FloatArray, size: FloatArray) -> float:
-    """How far two footprints would have to be moved apart, at most over all pairs; 0 where none overlap.
+    """How deep the deepest pair of footprints reaches into each other; 0 where none overlap.
 
-    Separating axes: two rectangles reach into each other by the least of the overlaps of their shadows on the
-    directions of their sides.
+    Separating axes: the depth of two rectangles is the least that their shadows share along any side.
 
     Args:
         position: (N, 2) centres, metres.
