@@ -4,6 +4,8 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 WHEELHOUSE := .wheelhouse
+OLDEST := .venv-oldest
+OLDEST_GYMNASIUM := 1.2.2
 SCENES := ../shared/data/paper_scenes
 
 # Build back ends come from .venv too, so that a repeated installation fetches nothing.
@@ -12,11 +14,11 @@ HEADLINE = @printf '\n== %s\n'
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test setup lint format types imports wheel unit bench clean
+.PHONY: help demo test test-oldest setup lint format types imports wheel unit bench clean
 
 help: ## Show this list
 	@printf 'farm-ar: make TARGET [PYTHON=python3.12]\n\n'
-	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  \1|\2/p' $(MAKEFILE_LIST) | awk -F'|' '{ printf "%-10s %s\n", $$1, $$2 }'
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  \1|\2/p' $(MAKEFILE_LIST) | awk -F'|' '{ printf "%-12s %s\n", $$1, $$2 }'
 
 demo: $(VENV)/core.stamp ## Set up, then film the game's two demonstrations, into out/
 	$(HEADLINE) "Filming the Farm-to-Table game, into out/"
@@ -48,7 +50,11 @@ unit: $(VENV)/dev.stamp ## Run the tests, examples among them, with coverage (PY
 	@if [ -z "$${FARM_AR_PAPER_SCENES:-}" ] && [ -d "$(SCENES)" ]; then \
 	    FARM_AR_PAPER_SCENES="$(abspath $(SCENES))"; export FARM_AR_PAPER_SCENES; \
 	fi; \
-	$(BIN)/python -m pytest --cov --cov-report=term $(PYTEST_ARGS)
+	$(BIN)/python -m pytest -n auto --maxprocesses 4 --cov --cov-report=term $(PYTEST_ARGS)
+
+test-oldest: $(OLDEST)/stamp ## Run the environments' tests with the oldest Gymnasium that is supported
+	$(HEADLINE) "Environments, with Gymnasium $(OLDEST_GYMNASIUM)"
+	@$(OLDEST)/bin/python -m pytest -n auto --maxprocesses 4 tests/envs tests/testing $(PYTEST_ARGS)
 
 wheel: $(VENV)/dev.stamp $(WHEELHOUSE)/stamp ## Build the wheel, install it into an empty environment, use it there
 	$(HEADLINE) "The wheel, in an empty environment"
@@ -64,7 +70,7 @@ bench: $(VENV)/core.stamp ## Time the identification against other solvers
 	@$(BIN)/python benchmarks/identification.py
 
 clean: ## Remove all that make and the checks have left, .venv among it
-	rm -rf $(VENV) $(WHEELHOUSE) out build dist .coverage .coverage.* .hypothesis .import_linter_cache \
+	rm -rf $(VENV) $(OLDEST) $(WHEELHOUSE) out build dist .coverage .coverage.* .hypothesis .import_linter_cache \
 	    .mypy_cache .pytest_cache .ruff_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
@@ -86,8 +92,16 @@ $(VENV)/core.stamp: $(VENV)/made.stamp pyproject.toml constraints.txt
 	@touch $@
 
 $(VENV)/dev.stamp: $(VENV)/core.stamp
-	$(HEADLINE) "Installing what the checks need (once)"
-	@$(INSTALL) --no-build-isolation --editable '.[dev]'
+	$(HEADLINE) "Installing what the checks need, learners among it (once; some minutes)"
+	@$(INSTALL) --no-build-isolation --editable '.[dev,train]'
+	@touch $@
+
+$(OLDEST)/stamp: pyproject.toml constraints.txt
+	$(HEADLINE) "Setting up $(OLDEST) (once; some minutes)"
+	@$(PYTHON) -m venv $(OLDEST)
+	@grep -v '^gymnasium==' constraints.txt >$(OLDEST)/constraints.txt
+	@$(OLDEST)/bin/python -m pip install --quiet --disable-pip-version-check \
+	    --constraint $(OLDEST)/constraints.txt gymnasium==$(OLDEST_GYMNASIUM) --editable '.[dev,train]'
 	@touch $@
 
 $(WHEELHOUSE)/stamp: $(VENV)/core.stamp

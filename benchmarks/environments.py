@@ -25,14 +25,12 @@ ROUNDS = 5
 Act = Callable[[gym.Env[Any, Any]], Any]
 
 
-class Random:
+def random_player() -> Act:
     """Random actions of those that make sense, drawn faster than Gymnasium's spaces draw them."""
+    rng = np.random.default_rng(0)
 
-    def __init__(self) -> None:
-        self._rng = np.random.default_rng(0)
-
-    def __call__(self, env: gym.Env[Any, Any]) -> Any:
-        space, rng = env.action_space, self._rng
+    def act(env: gym.Env[Any, Any]) -> Any:
+        space = env.action_space
         if isinstance(space, gym.spaces.Box):
             return rng.uniform(-1, 1, space.shape).astype(np.float32)
         if isinstance(space, gym.spaces.Discrete):
@@ -40,52 +38,47 @@ class Random:
         first = env.unwrapped.action_masks()[: space.nvec[0]].nonzero()[0]
         return np.array([first[rng.integers(len(first))], *rng.integers(space.nvec[1:])])
 
+    return act
 
-def stay(env: gym.Env[Any, Any]) -> Any:
+
+def waiting_hand() -> Act:
     """The hand waits out of view."""
-    return np.zeros(4, dtype=np.float32)
+    return lambda env: np.zeros(4, dtype=np.float32)
 
 
-class Drag:
-    """The hand goes for the nearest building in view and drags it about."""
+def dragging_hand() -> Act:
+    """The hand goes for the nearest building in view and drags it about, to another place every 0.8 s."""
+    rng, goals = np.random.default_rng(0), [np.zeros(2)]
 
-    def __init__(self) -> None:
-        self._goal, self._left = np.zeros(2), 0
-        self._rng = np.random.default_rng(0)
-
-    def __call__(self, env: gym.Env[Any, Any]) -> Any:
-        world, view = env.unwrapped.world, env.unwrapped.view
-        hand = world.tabletop.hand
-        if hand.gripped is None:
-            seen = view.movable[view.in_view[view.movable]]
-            places = view.truth.position[seen]
-            goal = (
-                places[np.argmin(np.linalg.norm(places - hand.position, axis=1))]
-                if len(seen)
-                else hand.position
-            )
+    def act(env: gym.Env[Any, Any]) -> Any:
+        view, hand = env.unwrapped.view, env.unwrapped.world.tabletop.hand
+        if hand.gripped is not None:
+            if len(goals) == 1:
+                goals.extend([rng.uniform([0.2, 0.15], [1.0, 0.65])] * 8)
+            goal = goals.pop()
         else:
-            if self._left == 0:
-                self._goal, self._left = self._rng.uniform([0.2, 0.15], [1.0, 0.65]), 8
-            self._left -= 1
-            goal = self._goal
+            seen = view.movable[view.in_view[view.movable]]
+            places = np.vstack([view.truth.position[seen], [0.6, 0.4]])
+            goal = places[np.argmin(np.linalg.norm(places - hand.position, axis=1))]
         velocity = np.clip((goal - hand.position) / 0.15, -1, 1)
         return np.array([*velocity, 0.0, 1.0], dtype=np.float32)
 
+    return act
+
 
 CASES: list[tuple[str, str, dict[str, Any], Callable[[], Act]]] = [
-    (YARDSTICK, YARDSTICK, {}, Random),
-    ("LunarLander-v3", "LunarLander-v3", {}, Random),
-    ("FarmToTable-v0", "FarmToTable-v0", {}, Random),
-    ("  slot, 3 visits", "FarmToTable-v0", {"action": "slot", "visits": 3}, Random),
-    ("  black-box", "FarmToTable-v0", {"knowledge": "black-box"}, Random),
-    ("  pixels", "FarmToTable-v0", {"observation": "pixels"}, Random),
-    ("FarmToTableHand-v0, idle", "FarmToTableHand-v0", {}, lambda: stay),
-    ("  dragging", "FarmToTableHand-v0", {"budget": 1e9}, Drag),
-    ("  random", "FarmToTableHand-v0", {}, Random),
-    ("FarmToTableLayout-v0", "FarmToTableLayout-v0", {}, Random),
-    ("SceneLayout-v0", "SceneLayout-v0", {}, Random),
-    ("  H1, 52 objects", "SceneLayout-v0", {"scene": "H1"}, Random),
+    (YARDSTICK, YARDSTICK, {}, random_player),
+    ("LunarLander-v3", "LunarLander-v3", {}, random_player),
+    ("FarmToTable-v0", "FarmToTable-v0", {}, random_player),
+    ("  slot, 3 visits", "FarmToTable-v0", {"action": "slot", "visits": 3}, random_player),
+    ("  black-box", "FarmToTable-v0", {"knowledge": "black-box"}, random_player),
+    ("  pixels", "FarmToTable-v0", {"observation": "pixels"}, random_player),
+    ("FarmToTableHand-v0, idle", "FarmToTableHand-v0", {}, waiting_hand),
+    ("  dragging", "FarmToTableHand-v0", {"budget": 1e9}, dragging_hand),
+    ("  random", "FarmToTableHand-v0", {}, random_player),
+    ("FarmToTableLayout-v0", "FarmToTableLayout-v0", {}, random_player),
+    ("SceneLayout-v0", "SceneLayout-v0", {}, random_player),
+    ("  H1, 52 objects", "SceneLayout-v0", {"scene": "H1"}, random_player),
 ]
 
 

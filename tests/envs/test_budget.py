@@ -83,6 +83,14 @@ def test_what_is_pushed_leaves_less_for_the_moves_that_follow(pair):
     assert abs(pushed[1, 1]) < 0.8 * abs(alone[1, 1])
 
 
+def test_what_is_asked_out_of_view_takes_nothing_from_the_budget(plain, offsets, left_only):
+    env = plain(budget=0.1)
+    env.reset(seed=0, options={"camera": left_only})
+    before = env.world.truth.position[0]
+    env.step(offsets((0, 0.1), (0, 0.1)))
+    np.testing.assert_allclose(env.world.truth.position[0] - before, [0, 0.1], atol=1e-6)
+
+
 def test_a_second_visit_has_a_budget_of_its_own():
     env = FarmToTableEnv(visits=2, moves=1, jitter="none")
     env.reset(seed=0)

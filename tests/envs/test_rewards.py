@@ -81,9 +81,15 @@ def test_what_the_headset_does_not_see_again_is_believed_where_it_was(plain, off
 
 
 def test_the_miscount_reward_counts_animals_that_arrive_where_nothing_stands(pair, left_only):
-    def play(*actions):
+    def play(*actions, visits=1):
         env = FarmToTableEnv(
-            scene=pair, reward="miscount", effort_weight=0.0, jitter="none", play_seconds=20.0, budget=9.0
+            scene=pair,
+            reward="miscount",
+            effort_weight=0.0,
+            jitter="none",
+            play_seconds=20.0,
+            budget=9.0,
+            visits=visits,
         )
         env.reset(seed=3, options={"camera": left_only})
         rewards = [env.step(np.array(action))[1] for action in actions]
@@ -91,13 +97,16 @@ def test_the_miscount_reward_counts_animals_that_arrive_where_nothing_stands(pai
 
     leave, away = (2, 3, 3, 3), (0, 0, 0, 3)
     (reward,), counters = play(leave)
-    assert (reward, counters.stranded.sum()) == (counters.miscounts, 0)
+    assert reward == counters.miscounts == 0
     assert counters.counted.sum() > 20
     rewards, counters = play(away, leave)
-    assert rewards == [0.0, counters.miscounts]
     # One animal of the colour a second runs to where its coop was.
     assert 15 <= counters.stranded[0] <= 25
-    assert counters.stranded[1] == 0
+    assert rewards == [0.0, counters.stranded[0]]
+    assert counters.miscounts == counters.stranded[0]
+    # Each is paid for once.
+    rewards, counters = play(away, leave, leave, leave, visits=3)
+    assert sum(rewards) == counters.miscounts
 
 
 @pytest.mark.parametrize("reward", ["identity", "endpoint"])

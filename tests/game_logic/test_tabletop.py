@@ -102,6 +102,17 @@ def test_after_a_drag_nothing_overlaps_and_nothing_is_off_the_table(
             at_rest(table, layout)
 
 
+def test_the_watch_notices_what_passes_through() -> None:
+    layout = Layout(
+        ("a", "b"), ("coop",) * 2, np.array([[0.3, 0.3], [0.42, 0.3]]), np.zeros(2), np.array([COOP] * 2)
+    )
+    for end, through in [((0.54, 0.3), True), ((0.2, 0.3), False)]:
+        watch = Watch(Tabletop(layout, (0.8, 0.6)))
+        watch(Tabletop(layout.with_poses(np.array([end, (0.42, 0.3)]), layout.yaw), (0.8, 0.6)))
+        assert watch.passed_through is through
+        assert watch.fastest == pytest.approx(60 * abs(end[0] - 0.3))
+
+
 @pytest.mark.parametrize(("cells", "n"), [(WIDE, 10), (NARROW, 12)])
 def test_nothing_passes_through_anything_or_flies_at_the_fastest_drag(cells: tuple[int, int], n: int) -> None:
     rng = np.random.default_rng(n)
@@ -299,6 +310,12 @@ def test_the_building_found_is_the_nearest_footprint_within_reach(
     if abs(away[nearest] - reach) < 1e-9:
         return
     assert table.find_building(point, reach) == (nearest if away[nearest] < reach else None)
+
+
+@pytest.mark.parametrize(("beyond", "found"), [(-0.02, 0), (0.0, 0), (0.0599, 0), (0.0601, None)])
+def test_reach_is_counted_from_the_footprint(beyond: float, found: int | None) -> None:
+    layout = Layout(("a",), ("coop",), np.array([[0.4, 0.3]]), np.zeros(1), np.array([COOP]))
+    assert Tabletop(layout, (0.8, 0.6)).find_building((0.4 + 0.05 + beyond, 0.3)) == found
 
 
 def test_the_fixed_shed_is_never_found() -> None:

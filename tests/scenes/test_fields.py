@@ -118,6 +118,16 @@ def test_a_write_that_fails_midway_leaves_the_old_file_and_nothing_else(tmp_path
     assert [(entry.name, entry.read_text()) for entry in tmp_path.iterdir()] == [("one.txt", "old")]
 
 
+def test_a_folder_that_cannot_be_written_to_is_the_error_that_is_raised(tmp_path, monkeypatch):
+    def refuse(self: Path, *args: object, **options: object) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "open", refuse)
+    with pytest.raises(PermissionError):
+        write_text(tmp_path / "one.txt", "a")
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_value_that_cannot_be_saved_leaves_no_file(tmp_path):
     with pytest.raises(AttributeError):
         save_scene(None, tmp_path / "one.json")  # type: ignore[arg-type]

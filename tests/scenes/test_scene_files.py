@@ -497,6 +497,12 @@ def test_a_misspelt_field_is_refused_with_the_known_ones():
     )
 
 
+def test_a_number_out_of_its_limits_is_refused_with_the_limits():
+    with pytest.raises(SceneError) as problem:
+        scene_from_dict(changed(("symmetry_deg", "table"), 361))
+    assert str(problem.value) == "symmetry_deg.table: must be a number from 0 to 360, got 361"
+
+
 def test_fields_that_a_file_leaves_out_are_among_the_known_ones():
     data = {"size_m": [5, 4], "objects": [], "camra": {}}
     with pytest.raises(
