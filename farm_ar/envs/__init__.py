@@ -1,6 +1,6 @@
 """The Gymnasium environments. Importing `farm_ar` registers them."""
 
 from farm_ar.envs.farm_to_table import FarmToTableEnv
-from farm_ar.envs.trace import replay
+from farm_ar.envs.trace import TraceError, first_difference, load_trace, replay, save_trace
 
-__all__ = ["FarmToTableEnv", "replay"]
+__all__ = ["FarmToTableEnv", "TraceError", "first_difference", "load_trace", "replay", "save_trace"]

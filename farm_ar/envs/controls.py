@@ -147,7 +147,9 @@ class HandControl:
                 return Outcome(total, True, sighting)
         if self._left > 0:
             return Outcome(total, False)
-        return Outcome(total, True, game.withdraw_hand())
+        motion, sighting = game.withdraw_hand()
+        budget.spend(motion)
+        return Outcome(total + motion, True, sighting)
 
     @property
     def left(self) -> float:

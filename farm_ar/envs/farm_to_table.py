@@ -302,7 +302,8 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         """
         digest = self.state_hash()
         assert self._trace is not None
-        return self._trace.as_json(self._arguments(), digest)
+        arguments = self._arguments()
+        return self._trace.as_json(arguments, digest, type(self)(**arguments))
 
     def state_hash(self) -> str:
         """A digest of all that may change in an episode; two equal ones mean equal states.

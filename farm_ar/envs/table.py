@@ -9,7 +9,7 @@ import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.geometry import bearing
-from farm_ar.reid import solve_assignment
+from farm_ar.reid import dimension_cost, rotation_cost, solve_assignment, total_cost, translation_cost
 from farm_ar.reid.margins import margins
 from farm_ar.scenes import Camera, Layout, Scene, visible
 
@@ -47,12 +47,15 @@ class TableView:
     @cached_property
     def costs(self) -> FloatArray:
         """(M, M) cost (Eq. 7) to each object of each label, where it is believed; infinite across kinds."""
-        weights = self.scene.cost_weights
-        difference = self.truth.position[:, None] - self.believed.position
-        turn = np.abs(np.sin((self.truth.yaw[:, None] - self.believed.yaw) / 2))
-        distance = np.sqrt((difference**2).sum(axis=-1)) / self.scene.diagonal
-        code = self.truth.category_code
-        cost = weights.translation * distance + weights.rotation * turn
+        truth, believed, weights = self.truth, self.believed, self.scene.cost_weights
+        code = truth.category_code
+        cost = total_cost(
+            translation_cost(truth.position, believed.position, self.scene.diagonal),
+            rotation_cost(truth.yaw, believed.yaw),
+            dimension_cost(truth.size, believed.size),
+            weights.translation,
+            weights.rotation,
+        )
         return np.where(code[:, None] == code, cost, np.inf)
 
     @cached_property
@@ -74,10 +77,10 @@ class TableView:
 
     @cached_property
     def least_margin(self) -> float:
-        """The smallest finite margin of a movable object in view; 0 if there is none."""
+        """The smallest finite margin of a movable object in view; 1 where none has another choice."""
         seen = self.margins[self.movable]
         seen = seen[np.isfinite(seen)]
-        return float(seen.min()) if seen.size else 0.0
+        return float(seen.min()) if seen.size else 1.0
 
     def nearest_movable(self, point: FloatArray, reach: float) -> int | None:
         """The movable object in view whose pivot is nearest to a point, if it is within `reach` metres."""

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Mapping
+import json
+import os
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from farm_ar import __version__
 from farm_ar.arrays import FloatArray
-from farm_ar.errors import OptionError
+from farm_ar.errors import InputError, OptionError
 from farm_ar.scenes import Camera, Layout
+from farm_ar.scenes.fields import read_json, write_text
 
 if TYPE_CHECKING:
     from farm_ar.envs.farm_to_table import FarmToTableEnv
@@ -42,8 +47,13 @@ class Trace:
         """One more action."""
         self.actions.append(np.asarray(action).tolist())
 
-    def as_json(self, arguments: Mapping[str, Any], digest: str) -> dict[str, Json]:
+    def as_json(self, arguments: Mapping[str, Any], digest: str, again: FarmToTableEnv) -> dict[str, Json]:
         """All that `replay` needs, as JSON values.
+
+        Args:
+            arguments: of the environment.
+            digest: of the state now.
+            again: an environment like it, in which the episode is played again for the hash of every step.
 
         Raises:
             OptionError: an argument is an object, which has no name to be found by.
@@ -51,20 +61,79 @@ class Trace:
         for name, value in arguments.items():
             if not isinstance(value, str | int | float | bool | None):
                 raise OptionError(name, "must be a name for a trace", type(value).__name__)
-        return {
+        trace: dict[str, Json] = {
+            "version": __version__,
             "arguments": dict(arguments),
             "generator": self.generator,
             "options": self.options,
-            "actions": self.actions,
+            "actions": list(self.actions),
             "hash": digest,
         }
+        return trace | {"hashes": list(self.states(again))}
 
     def play_in(self, env: FarmToTableEnv) -> None:
         """Play the episode in an environment made with the same arguments."""
+        for _ in self.states(env):
+            pass
+
+    def states(self, env: FarmToTableEnv) -> Iterator[str]:
+        """Play the episode; the hash of the state after the reset and after each step."""
         env.np_random.bit_generator.state = self.generator
         env.reset(options=self.options)
-        for action in self.actions:
+        yield env.state_hash()
+        for action in list(self.actions):
             env.step(np.asarray(action))
+            yield env.state_hash()
+
+
+class TraceError(InputError):
+    """A trace that cannot be used."""
+
+
+FIELDS = ("version", "arguments", "generator", "options", "actions", "hash", "hashes")
+
+
+def first_difference(trace: Mapping[str, Json]) -> int | None:
+    """Play a trace again and find where it goes another way than it did when it was made.
+
+    Args:
+        trace: as `FarmToTableEnv.trace` gives it.
+
+    Returns:
+        The first step after which the state is another, 0 for the reset; None if all are bit-exact.
+    """
+    from farm_ar.envs.farm_to_table import FarmToTableEnv
+
+    env = FarmToTableEnv(**trace["arguments"])
+    states = Trace(trace["generator"], trace["options"], trace["actions"]).states(env)
+    for step, (then, now) in enumerate(zip(trace["hashes"], states, strict=True)):
+        if then != now:
+            return step
+    return None
+
+
+def save_trace(trace: Mapping[str, Json], path: str | os.PathLike[str]) -> None:
+    """Write a trace as JSON, whole or not at all."""
+    write_text(path, json.dumps(trace) + "\n")
+
+
+def load_trace(path: str | os.PathLike[str]) -> dict[str, Json]:
+    """Read a trace.
+
+    Raises:
+        TraceError: it cannot be read, or is not a trace.
+    """
+    trace = read_json(path, TraceError)
+    name = Path(path).name
+    if not isinstance(trace, dict) or set(trace) != set(FIELDS):
+        got = sorted(trace) if isinstance(trace, dict) else type(trace).__name__
+        raise TraceError("file", f"must be an object with the fields {', '.join(FIELDS)}", got, name)
+    if not isinstance(trace["actions"], list) or not isinstance(trace["hashes"], list):
+        raise TraceError("actions, hashes", "must be lists", type(trace["actions"]).__name__, name)
+    if len(trace["hashes"]) != len(trace["actions"]) + 1:
+        expected = f"must hold {len(trace['actions']) + 1} hashes, one for the reset and one per action"
+        raise TraceError("hashes", expected, len(trace["hashes"]), name)
+    return trace
 
 
 def replay(trace: Mapping[str, Json], env: FarmToTableEnv | None = None) -> str:

@@ -128,17 +128,21 @@ class FarmGame:
 
     def state(self) -> list[FloatArray]:
         """All that may change, as arrays."""
-        hand = self.tabletop.hand
-        counters = [self.counters.counted, self.counters.misplaced, self.counters.stranded]
+        hand, camera = self.tabletop.hand, self.camera
+        counters = [self.counters.counted, self.counters.misplaced, self.counters.stranded, self._emitted]
+        held = -1 if hand is None or hand.gripped is None else hand.gripped
+        arm = [] if hand is None else [*hand.position, hand.yaw, *hand.velocity, hand.raised]
         return [
             *self.tabletop.poses(),
             *self.tracker.belief.state(),
-            *(values.astype(np.float64) for values in counters),
-            self.flock.position,
-            self.camera.position,
-            np.asarray(self.camera.yaw),
-            np.array([self.clock, self.tabletop.ticks, self._away]),
-            np.zeros(0) if hand is None else np.array([*hand.position, hand.yaw, *hand.velocity]),
+            *(values.astype(np.float64) for values in (*counters, self.flock.goal)),
+            self.flock.curve,
+            camera.position,
+            np.array([camera.yaw, camera.pitch, 0.0 if camera.height is None else camera.height]),
+            np.array([self.clock, self.tabletop.ticks, self._away, self.phase is Phase.HAND, held]),
+            np.zeros(0)
+            if hand is None
+            else np.array([*hand.position, hand.yaw, *hand.velocity, hand.raised]),
         ]
 
     def begin_visit(self, camera: Camera | None = None) -> None:
@@ -194,11 +198,16 @@ class FarmGame:
         width, _ = self.scene.size
         self.tabletop.bring_hand((width / 2, HAND_WAITS_AT_Z))
 
-    def withdraw_hand(self) -> Sighting | None:
-        """The hand lets go and is gone at once; the sighting, if that ends a visit."""
+    def withdraw_hand(self) -> tuple[Motion, Sighting | None]:
+        """The hand lets go and is gone at once.
+
+        Returns:
+            What the buildings still did, and the sighting if that ends a visit.
+        """
+        before = self.tabletop.poses()
         self.tabletop.remove_hand()
         self.tabletop.settle()
-        return self.end_visit() if self.phase is Phase.HAND else None
+        return self._moved_since(*before), self.end_visit() if self.phase is Phase.HAND else None
 
     def tick(self, velocity: FloatArray, twist: float, grip: bool) -> tuple[Motion, Sighting | None]:
         """One tick under a hand that is steered: physics, freezing, and at the end of a visit the snapshot.
@@ -214,21 +223,22 @@ class FarmGame:
         position, yaw = self.tabletop.poses()
         self._use_hand(grip)
         self.tabletop.tick(velocity, twist)
-        motion = self._moved_since(position, yaw)
         hand = self.tabletop.hand
-        visible = hand is not None and self.hand_detector.sees_hand(hand.position, self.camera)
-        if visible:
+        if hand is not None and self.hand_detector.sees_hand(hand.position, self.camera):
             if self.phase is Phase.PLAY:
                 self.begin_visit()
             self._away = 0.0
-        elif self.phase is Phase.HAND and (hand is None or hand.gripped is None):
+        elif hand is not None and hand.gripped is not None:
+            self._away = 0.0
+        else:
             self._away += TICK_S
-            if self._away >= HAND_AWAY_S - TICK_S / 2:
-                self.tabletop.settle()
-                return motion, self.end_visit()
+        sighting = None
         if self.phase is Phase.PLAY:
             self.play(TICK_S)
-        return motion, None
+        elif self._away >= HAND_AWAY_S - TICK_S / 2:
+            self.tabletop.settle()
+            sighting = self.end_visit()
+        return self._moved_since(position, yaw), sighting
 
     def _use_hand(self, grip: bool) -> None:
         hand = self.tabletop.hand

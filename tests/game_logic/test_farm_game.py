@@ -179,12 +179,12 @@ def test_a_steered_hand_does_not_grip_what_is_out_of_view():
 def test_a_withdrawn_hand_ends_its_visit_with_a_snapshot():
     game = new_game(AT_S1)
     game.bring_hand()
-    assert game.withdraw_hand() is None
+    assert game.withdraw_hand()[1] is None
     game.bring_hand()
     for _ in range(40):
         game.tick(np.array([-0.2, 1.0]), 0.0, False)
     assert game.phase is Phase.HAND
-    assert game.withdraw_hand() is not None
+    assert game.withdraw_hand()[1] is not None
     assert game.tabletop.hand is None
 
 
@@ -235,3 +235,41 @@ def test_animals_that_are_in_a_building_are_not_on_the_table():
     truth = game.truth
     for animal, goal in zip(game.flock.position, game.flock.goal, strict=True):
         assert not inside_footprint(animal, truth.position[goal], truth.yaw[goal], truth.size[goal])
+
+
+class Blind:
+    """Sees a hand only when told to."""
+
+    seen = False
+
+    def sees_hand(self, hand, camera):
+        return self.seen
+
+
+def test_the_half_second_begins_only_when_an_unseen_hand_has_let_go():
+    detector = Blind()
+    game = new_game(AT_S1, hand_detector=detector)
+    blue = game.truth.index("blue-coop")
+    game.tabletop.bring_hand(game.truth.position[blue], raised=True)
+    game.begin_visit()
+    for _ in range(20):
+        assert game.tick(np.zeros(2), 0.0, False)[1] is None
+    for _ in range(60):
+        assert game.tick(np.zeros(2), 0.0, True)[1] is None
+    ticks = 1
+    while game.tick(np.zeros(2), 0.0, False)[1] is None:
+        ticks += 1
+    assert ticks == round(HAND_AWAY_S * 60)
+
+
+def test_what_slides_on_when_the_hand_is_withdrawn_is_motion_too():
+    game = new_game(AT_S1)
+    blue = game.truth.index("blue-coop")
+    start = game.truth.position[blue]
+    game.begin_visit()
+    game.tabletop.bring_hand(start)
+    game.tabletop.grip(blue)
+    metres = sum(game.tick(np.array([0.8, 0.0]), 0.0, True)[0].metres for _ in range(15))
+    slid = game.withdraw_hand()[0].metres
+    assert slid > 0.01
+    assert metres + slid >= np.linalg.norm(game.truth.position[blue] - start) - 1e-9
