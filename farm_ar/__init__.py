@@ -1,6 +1,7 @@
 """Which of these identical objects is which? Re-identification from one egocentric snapshot.
 
-Importing this package registers its environments with Gymnasium; so does `gym.make("farm_ar:FarmToTable-v0")`.
+Importing this package registers its environments with Gymnasium; so does
+`gym.make("farm_ar:FarmToTable-v0")`.
 """
 
 from gymnasium.envs.registration import register

@@ -21,22 +21,27 @@ def demo(
     By default the two gameplay demonstrations of the paper. Each becomes a video, a GIF, key frames and two
     tables: what every snapshot said, and the counters.
     """
-    from farm_ar.cli.output import print_line, print_table
+    from farm_ar.cli.output import print_line
     from farm_ar.cli.places import make_folder
+    from farm_ar.cli.play_script import print_film
     from farm_ar.showcases import builtin_scripts, film_script, load_script
 
+    names = _file_names(scripts or list(builtin_scripts()))
     make_folder("--out", out)
-    loaded = {Path(name).stem: load_script(name) for name in scripts or builtin_scripts()}
+    loaded = {name: load_script(script) for name, script in names.items()}
     for name, script in loaded.items():
         film, paths = film_script(script, name, out, gif=gif)
         print_line("")
-        print_line(film.title)
-        if film.detections:
-            rows = [["none" if v is None else str(v) for v in row.values()] for row in film.detections]
-            print_table(list(film.detections[0]), rows, numbers=("x", "z", "yaw_deg", "cost"))
-        print_line(f"Right: {film.right} of {len(film.detections)} detections")
-        final = [row for row in film.counters if row["after"] == "end"]
-        print_line("Counters at the end: " + ", ".join(row["label"] for row in final))
-        astray = sum(row["misplaced"] + row["stranded"] for row in final)
-        print_line(f"Animals that did not get into the building of their colour: {astray}")
+        print_film(film)
         print_line(f"Wrote {paths[0]} and {len(paths) - 1} more files beside it")
+
+
+def _file_names(scripts: list[str]) -> dict[str, str]:
+    """The scripts by the name that the files of each get."""
+    from farm_ar.errors import OptionError
+
+    names = {Path(script).stem: script for script in scripts}
+    if len(names) < len(scripts):
+        expected = "must have file names that differ before the ending, for their films are named after them"
+        raise OptionError("scripts", expected, scripts)
+    return names

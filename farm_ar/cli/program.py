@@ -12,6 +12,8 @@ from farm_ar import __version__
 from farm_ar.cli.demo import demo
 from farm_ar.cli.identify import identify
 from farm_ar.cli.mistakes import OneLineMistakes
+from farm_ar.cli.play_script import play_script
+from farm_ar.cli.replay import replay
 from farm_ar.cli.reproduce import reproduce
 from farm_ar.cli.scenes import app as scenes
 
@@ -27,6 +29,8 @@ app = typer.Typer(
 app.add_typer(scenes, name="scenes")
 app.command()(demo)
 app.command()(identify)
+app.command("play-script")(play_script)
+app.command()(replay)
 app.command()(reproduce)
 
 

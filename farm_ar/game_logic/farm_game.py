@@ -140,9 +140,7 @@ class FarmGame:
             camera.position,
             np.array([camera.yaw, camera.pitch, 0.0 if camera.height is None else camera.height]),
             np.array([self.clock, self.tabletop.ticks, self._away, self.phase is Phase.HAND, held]),
-            np.zeros(0)
-            if hand is None
-            else np.array([*hand.position, hand.yaw, *hand.velocity, hand.raised]),
+            np.array(arm, dtype=np.float64),
         ]
 
     def begin_visit(self, camera: Camera | None = None) -> None:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -13,12 +13,16 @@ from farm_ar.drawing.game.frames import GameFrames
 from farm_ar.game_logic.counters import label_text
 from farm_ar.game_logic.farm_game import HAND_AWAY_S, TICK_S, FarmGame
 from farm_ar.game_logic.headset import HeadMotion, field_of_view, gaze_target, look_at
+from farm_ar.game_logic.moment import Moment
 from farm_ar.game_logic.tabletop import Tabletop
 from farm_ar.game_logic.tracker import ReidFactory, Sighting, spatial_by_category
-from farm_ar.scenes import Camera
+from farm_ar.scenes import Camera, Scene
 from farm_ar.showcases.script import Script, ScriptedVisit
 
 FPS = 30
+HEIGHT = 480
+"""Of the frames, pixels."""
+
 TICKS_PER_FRAME = 2
 EYE = (0.5, -0.375)
 """Where the player's eyes are, as shares of the table's width and depth."""
@@ -28,6 +32,22 @@ PAUSE_S = 1.2
 
 Image = npt.NDArray[np.uint8]
 Row = dict[str, Any]
+
+
+class Pictures(Protocol):
+    """What makes the frames."""
+
+    def frame(self, moment: Moment) -> Image:
+        """The picture of a moment, (H, W, 3) bytes."""
+
+
+PictureMaker = Callable[[Scene], Pictures]
+"""Makes the pictures of one scene."""
+
+
+def drawn(scene: Scene) -> Pictures:
+    """The game as a film shows it: the table from above beside the headset's view."""
+    return GameFrames(scene, HEIGHT)
 
 
 @dataclass
@@ -60,18 +80,21 @@ class Screening:
     Args:
         script: what happens.
         make_reid: makes the re-identifier for the scene as it is believed to be.
-        height: of the frames, pixels.
+        make_pictures: draws the frames; None where only what is noted is wanted.
 
     Attributes:
         film: what was filmed, complete after the last frame.
     """
 
     def __init__(
-        self, script: Script, make_reid: ReidFactory = spatial_by_category, height: int = 480
+        self,
+        script: Script,
+        make_reid: ReidFactory = spatial_by_category,
+        make_pictures: PictureMaker | None = drawn,
     ) -> None:
         self.film = Film(script.title)
         self._script = script
-        self._pictures = GameFrames(script.scene, height)
+        self._pictures = None if make_pictures is None else make_pictures(script.scene)
         self._rng = np.random.default_rng(script.seed)
         self._head, self._seconds, self._ticks = HeadMotion(), 0.0, 0
         self._ready: list[Image] = []
@@ -81,10 +104,16 @@ class Screening:
         self._game = FarmGame(script.scene, self._camera(), self._rng, make_reid=make_reid)
 
     def frames(self) -> Iterator[Image]:
-        """The frames, (H, W, 3) bytes, 30 a second."""
+        """The frames, (H, W, 3) bytes, 30 a second; none where no pictures are made."""
         for _ in self._scenes():
             yield from self._ready
             self._ready.clear()
+
+    def play(self) -> Film:
+        """Play to the end, and let the frames go by."""
+        for _ in self.frames():
+            pass
+        return self.film
 
     def _scenes(self) -> Iterator[None]:
         """Play a piece at a time, so that no more than its frames are held at once."""
@@ -140,9 +169,10 @@ class Screening:
         self._seconds += TICKS_PER_FRAME * TICK_S
         self._head.step(TICKS_PER_FRAME * TICK_S, self._rng)
         self._game.camera = self._camera()
-        self._last = self._pictures.frame(self._game.moment(caption))
-        self._ready.append(self._last)
         self.film.frames += 1
+        if self._pictures is not None:
+            self._last = self._pictures.frame(self._game.moment(caption))
+            self._ready.append(self._last)
 
     def _camera(self) -> Camera:
         scene = self._script.scene
@@ -158,6 +188,7 @@ class Screening:
         seen, answer = sighting.snapshot.detections, sighting.identification
         labels = self._game.truth.labels
         for k, source in enumerate(sighting.source.tolist()):
+            cost = float(answer.cost[k])
             self.film.detections.append(
                 {
                     "visit": number,
@@ -168,7 +199,7 @@ class Screening:
                     "yaw_deg": round(float(np.rad2deg(seen.yaw[k])), 1),
                     "given": answer.labels[k],
                     "truth": labels[source] if source >= 0 else None,
-                    "cost": round(float(answer.cost[k]), 4),
+                    "cost": round(cost, 4) if np.isfinite(cost) else None,
                 }
             )
 

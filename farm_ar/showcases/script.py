@@ -112,7 +112,7 @@ def load_script(path: str | os.PathLike[str]) -> Script:
         scene=scene,
         gaze=_name(fields, "gaze", ("sweep", *(site.name for site in scene.sites)), "sweep"),
         visits=tuple(_visit(item, scene) for item in fields.children("visits")),
-        seed=int(_not_negative(fields, "seed", 0.0)),
+        seed=_whole(fields, "seed", 0),
         fov=_name(fields, "fov", tuple(FIELDS_OF_VIEW), "photo"),
         ending=_not_negative(fields, "ending_s", 5.0),
     )
@@ -147,6 +147,12 @@ def _move(fields: Fields, scene: Scene) -> ScriptedMove:
     turn = float(np.deg2rad(fields.number("turn_deg", 0.0)))
     if (places["to"] is None) == (places["by"] is None) and not (turn and places["to"] is None):
         raise fields.fail("to", "must be given, or by, but not both", places["to"])
+    if places["to"] is not None and not all(
+        0 <= v <= s for v, s in zip(places["to"], scene.size, strict=True)
+    ):
+        width, depth = scene.size
+        expected = f"must lie on the table, x from 0 to {width:g} and z from 0 to {depth:g} metres"
+        raise fields.fail("to", expected, list(places["to"]))
     if places["to"] is None and places["by"] is None:
         places["by"] = (0.0, 0.0)
     caption = fields.text("caption", f"The hand moves {building}")
@@ -176,3 +182,11 @@ def _not_negative(fields: Fields, name: str, default: float) -> float:
     if value < 0:
         raise fields.fail(name, "must not be negative", value)
     return value
+
+
+def _whole(fields: Fields, name: str, default: int) -> int:
+    _not_negative(fields, name, default)
+    value = fields.raw(name, default)
+    if value != int(value):
+        raise fields.fail(name, "must be a whole number", value)
+    return int(value)
