@@ -1,4 +1,4 @@
-"""A re-identifier of one's own as the headset of the game, beside the paper's, under the same random adversary."""
+"""A re-identifier of one's own in the game's headset, beside the paper's, under one random adversary."""
 
 import gymnasium as gym
 import numpy as np

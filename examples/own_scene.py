@@ -1,5 +1,6 @@
 """A scene of one's own: built in Python, saved, checked, identified on, and played in as an environment."""
 
+import json
 import tempfile
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from farm_ar.reid import SpatialReid, accuracy
 from farm_ar.scenes import (
     Camera,
     CameraPath,
+    FieldOfView,
     Layout,
     LayoutNoise,
     Scene,
@@ -39,7 +41,8 @@ scene = Scene(
         fixed=[label in ("window", "corner") for label in labels],
     ),
     sites=(Site("west", 1.5, 2.0), Site("east", 4.5, 2.0)),
-    camera_path=CameraPath([(1.0, 0.4), (2.0, 0.8), (4.0, 0.8), (5.0, 0.4)]),
+    camera_path=CameraPath([(0.2, 0.2), (1.0, 0.6), (2.0, 1.2), (3.0, 1.2)]),
+    fov=FieldOfView.symmetric(np.deg2rad(110), 4.0),
 )
 
 with tempfile.TemporaryDirectory() as folder:
@@ -47,20 +50,22 @@ with tempfile.TemporaryDirectory() as folder:
     save_scene(scene, path)
     assert load_scene(path).layout.labels == labels
     print(f"{path.name} is a valid scene: {scene!r}")
-    path.write_text(path.read_text().replace('"yaw_deg": 90', '"yaw_deg": "east"', 1))
+    contents = json.loads(path.read_text(encoding="utf-8"))
+    contents["objects"][2]["yaw_deg"] = "east"
+    path.write_text(json.dumps(contents), encoding="utf-8")
     try:
         load_scene(path)
     except SceneError as problem:
         print(f"With a mistake in it: {problem}")
 
 untidy = LayoutNoise.of(0.3, 20).disturb(scene.layout, scene.size, np.random.default_rng(3))
-snapshot, truth = observe(untidy, Camera(position=[3.0, 0.2], yaw=np.deg2rad(-30), fov=scene.fov))
+snapshot, truth = observe(untidy, Camera(position=[3.0, 0.0], yaw=0.0, fov=scene.fov))
 found = SpatialReid(scene).identify(snapshot)
 print(f"\nA snapshot of the untidy room: {accuracy(found, truth):.0%} of {len(truth)} labels are right.")
 for category, label, true in zip(snapshot.detections.category, found.labels, truth, strict=True):
     print(f"  {category:6} {label!s:10} {'' if label == true else f'(it is {true})'}".rstrip())
 
-env = gym.make("SceneLayout-v0", scene=scene, visits=3)
+env = gym.make("SceneLayout-v0", scene=scene, visits=4, budget=1.0)
 env.action_space.seed(0)
 env.reset(seed=0)
 print("\nThe room as an environment, in which everything is moved at random:")

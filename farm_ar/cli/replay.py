@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -20,13 +21,42 @@ def replay(
 
     The exit code is 0 where the episode is bit-exact, 1 where it differs.
     """
+    from gymnasium.error import InvalidAction, ResetNeeded
+
     from farm_ar.cli.output import print_line
-    from farm_ar.envs import first_difference, load_trace
+    from farm_ar.envs import TraceError, first_difference, load_trace
 
     episode = load_trace(trace)
     steps = len(episode["actions"])
-    difference = first_difference(episode)
+    _check_beginning(episode, trace.name)
+    try:
+        difference = first_difference(episode)
+    except (InvalidAction, ResetNeeded) as problem:
+        expected = "must be actions of an episode with these arguments"
+        raise TraceError("actions", expected, str(problem), trace.name) from None
     if difference is not None:
         print_line(f"differs from step {difference} on (of {steps})")
         raise typer.Exit(DIFFERENT)
     print_line(f"{steps} {'step' if steps == 1 else 'steps'}, bit-exact")
+
+
+def _check_beginning(trace: Mapping[str, Any], source: str) -> None:
+    """See that what the episode begins with is of the right kind, and raise a `TraceError` if not."""
+    import inspect
+
+    import numpy as np
+
+    from farm_ar.envs import FarmToTableEnv, TraceError
+
+    for name in ("arguments", "options"):
+        if not isinstance(trace[name], dict):
+            raise TraceError(name, "must be a JSON object", trace[name], source)
+    known = inspect.signature(FarmToTableEnv).parameters
+    for name in trace["arguments"]:
+        if name not in known:
+            raise TraceError("arguments", f"must be among {', '.join(known)}", name, source)
+    try:
+        np.random.default_rng().bit_generator.state = trace["generator"]
+    except (TypeError, ValueError, KeyError, OverflowError):
+        expected = "must be the state of a random generator of NumPy's default kind"
+        raise TraceError("generator", expected, trace["generator"], source) from None

@@ -86,7 +86,12 @@ def validate(
     from farm_ar.cli.output import print_line
     from farm_ar.cli.reports import describe
 
-    print_line(f"{file}: a valid scene: {describe(read_scene_file(file, room))}")
+    scene = read_scene_file(file, room)
+    print_line(f"{file}: a valid scene: {describe(scene)}")
+    inside = ((scene.layout.position >= 0) & (scene.layout.position <= scene.size)).all(axis=1)
+    away = [label for label, kept in zip(scene.layout.labels, inside, strict=True) if not kept]
+    if away:
+        print_line(f"Note: outside the room [0, w] x [0, d] stand {', '.join(away)}")
 
 
 @app.command()

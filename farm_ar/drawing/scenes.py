@@ -39,7 +39,7 @@ def draw_scene(
     """Draw what stands in a room and where it heads; sites, cells, camera path and field of view.
 
     Args:
-        axes: as `new_picture` or `set_up_axes` makes them. Sites and cameras outside the room widen them.
+        axes: as `new_picture` or `set_up_axes` makes them. Whatever lies outside the room widens them.
         scene: the room.
         layout: a single arrangement of its objects; the reference layout by default.
         camera: a single camera whose field of view is shown; none by default.
@@ -61,6 +61,9 @@ def draw_scene(
     if camera is not None:
         widen(axes, camera.position[None], margin(scene.size))
         draw_view(axes, camera, scene.size)
+    outside = np.any((layout.position < 0) | (layout.position > scene.size), axis=1)
+    corners = footprint_corners(layout.position[outside], layout.yaw[outside], layout.size[outside])
+    widen(axes, corners.reshape(-1, 2), margin(scene.size))
     fills = category_fills((*scene.layout.categories, *layout.categories))
     draw_filled(axes, layout.position, layout.yaw, layout.size, layout.category, fills)
     front = with_heading(layout.category, scene.symmetry)

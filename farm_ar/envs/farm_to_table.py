@@ -302,8 +302,9 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         """
         digest = self.state_hash()
         assert self._trace is not None
-        arguments = self._arguments()
-        return self._trace.as_json(arguments, digest, type(self)(**arguments))
+        arguments, again = self._arguments(), type(self).__new__(type(self))
+        FarmToTableEnv.__init__(again, **arguments)  # a subclass may have other arguments
+        return self._trace.as_json(arguments, digest, again)
 
     def state_hash(self) -> str:
         """A digest of all that may change in an episode; two equal ones mean equal states.

@@ -17,7 +17,9 @@ Run = Callable[..., Result]
 def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
     """Types `farm-ar` with arguments in an empty folder; an error that is ours comes out as it is."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "160")  # as where there is no terminal; parallel runs of the tests set another
+    monkeypatch.setenv(
+        "COLUMNS", "160"
+    )  # as where there is no terminal; parallel runs of the tests set another
 
     def run(*arguments: object) -> Result:
         result = CliRunner().invoke(app, [str(argument) for argument in arguments], prog_name="farm-ar")

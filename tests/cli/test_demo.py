@@ -1,5 +1,6 @@
 """`farm-ar demo`: films from scripts."""
 
+import pytest
 from typer.testing import CliRunner
 
 from farm_ar.cli.program import app
@@ -34,3 +35,17 @@ def test_a_script_that_is_not_there_is_one_line_and_exit_code_2(tmp_path):
     assert result.exit_code == 2
     assert "script: must be a readable TOML file or one of" in result.output
     assert len(result.output.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize("second", ["more/push.toml", "push.toml", "demonstration-1"])
+def test_two_scripts_whose_films_would_have_one_name_are_refused_before_anything_is_filmed(
+    mistake, tmp_path, second
+):
+    (tmp_path / "more").mkdir()
+    for path in ("push.toml", "more/push.toml", "demonstration-1.toml"):
+        (tmp_path / path).write_text(SCRIPT)
+    first = "demonstration-1.toml" if second == "demonstration-1" else "push.toml"
+    line = mistake("demo", first, second, "--out", "films")
+    assert line.startswith("OptionError: scripts: must have file names that differ before the ending")
+    assert line.endswith(f"got ['{first}', '{second}']")
+    assert not (tmp_path / "films").exists()

@@ -154,3 +154,16 @@ def test_what_cannot_be_done_is_said_in_one_line(mistake, tmp_path, arguments, l
     (tmp_path / "taken").touch()
     assert mistake("scenes", *arguments).startswith(line)
     assert [path.name for path in tmp_path.iterdir()] == ["taken"]
+
+
+def test_validate_notes_what_stands_outside_the_room(run, tmp_path):
+    import json
+
+    from farm_ar.scenes import builtin_scene, scene_to_dict
+
+    data = scene_to_dict(builtin_scene("L2"))
+    data["objects"][2]["x"] = 9.5
+    (tmp_path / "far.json").write_text(json.dumps(data))
+    result = run("scenes", "validate", "far.json")
+    assert result.exit_code == 0
+    assert result.stdout.splitlines()[1] == "Note: outside the room [0, w] x [0, d] stand 3"
