@@ -88,8 +88,9 @@ def validate(
 
     scene = read_scene_file(file, room)
     print_line(f"{file}: a valid scene: {describe(scene)}")
-    inside = ((scene.layout.position >= 0) & (scene.layout.position <= scene.size)).all(axis=1)
-    away = [label for label, kept in zip(scene.layout.labels, inside, strict=True) if not kept]
+    width, depth = scene.size
+    places = zip(scene.layout.labels, scene.layout.position.tolist(), strict=True)
+    away = [label for label, (x, z) in places if not (0 <= x <= width and 0 <= z <= depth)]
     if away:
         print_line(f"Note: outside the room [0, w] x [0, d] stand {', '.join(away)}")
 
