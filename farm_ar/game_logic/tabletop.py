@@ -26,10 +26,10 @@ REACH = 0.06
 HAND_ROOM = 0.5
 """How far beyond the table a hand may go, metres."""
 
-# A hand faster than this moves too far in a whole tick for a clean bump; it gets two steps a tick. So does a
-# guided hand: one that presses with coarse steps now and then wedges a building in.
+# Steps of the simulation in a tick. A hand faster than `_FAST`, metres a second, moves too far in a whole
+# tick for clean bumps. A guided hand presses, and with fewer steps it now and then wedges a building in.
 _FAST = 0.75
-_COARSE, _FINE = 1, 2
+_SLOW_STEPS, _FAST_STEPS, _GUIDED_STEPS = 1, 2, 3
 
 
 class Tabletop:
@@ -185,7 +185,7 @@ class Tabletop:
         if hand is not None:
             hand.steer(vx, vz, spin)
             hand.hover(count * TICK)
-        self._let_pass(count, _FINE if speed > _FAST else _COARSE)
+        self._let_pass(count, _FAST_STEPS if speed > _FAST else _SLOW_STEPS)
 
     def settle(self, max_ticks: int = 600, record: Callable[[Tabletop], None] | None = None) -> int:
         """Let time pass, with the hand held where it is, until everything is at rest.
@@ -195,7 +195,9 @@ class Tabletop:
         """
         start = self.ticks
         while not self._plane.still and self.ticks - start < max_ticks:
-            self.tick()
+            if self._hand is not None:
+                self._hand.steer(0.0, 0.0, 0.0)
+            self._let_pass(1, _GUIDED_STEPS)
             if record is not None:
                 record(self)
         return self.ticks - start
@@ -223,17 +225,17 @@ class Tabletop:
 
         def let_pass(ticks: int) -> None:
             if record is None:
-                self._let_pass(ticks, _FINE)
+                self._let_pass(ticks, _GUIDED_STEPS)
                 return
             for _ in range(ticks):
-                self._let_pass(1, _FINE)
+                self._let_pass(1, _GUIDED_STEPS)
                 record(self)
 
         goal = float(position[0]), float(position[1]), hand.pose[2] - turn
         if hand.raised:
             glide(hand, goal, speed, let_pass, watched=record is not None)
         else:
-            drag(hand, goal, speed, let_pass, delay=TICK / _FINE)
+            drag(hand, goal, speed, let_pass, delay=TICK / _GUIDED_STEPS)
 
     def carry(
         self,
