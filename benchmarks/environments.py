@@ -66,6 +66,9 @@ def dragging_hand() -> Act:
     return act
 
 
+MANY: dict[str, Any] = {"animals_a_second": 75.0}
+"""About 300 animals on the table at once."""
+
 CASES: list[tuple[str, str, dict[str, Any], Callable[[], Act]]] = [
     (YARDSTICK, YARDSTICK, {}, random_player),
     ("LunarLander-v3", "LunarLander-v3", {}, random_player),
@@ -74,7 +77,9 @@ CASES: list[tuple[str, str, dict[str, Any], Callable[[], Act]]] = [
     ("  black-box", "FarmToTable-v0", {"knowledge": "black-box"}, random_player),
     ("  pixels", "FarmToTable-v0", {"observation": "pixels"}, random_player),
     ("FarmToTableHand-v0, idle", "FarmToTableHand-v0", {}, waiting_hand),
+    ("  idle, 300 animals", "FarmToTableHand-v0", MANY, waiting_hand),
     ("  dragging", "FarmToTableHand-v0", {"budget": 1e9}, dragging_hand),
+    ("  dragging, 300 animals", "FarmToTableHand-v0", MANY | {"budget": 1e9}, dragging_hand),
     ("  random", "FarmToTableHand-v0", {}, random_player),
     ("FarmToTableLayout-v0", "FarmToTableLayout-v0", {}, random_player),
     ("SceneLayout-v0", "SceneLayout-v0", {}, random_player),

@@ -129,6 +129,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
     | `budget` | `None` | one effort in place of both |
     | `visits`, `moves` | 1, 6 | visits in an episode, moves in a visit |
     | `hand_seconds` | 12 | time of a visit in control `hand` |
+    | `animals_a_second` | 10 | animals that leave the shed; about four times as many are on the table at once |
     | `jitter` | `"default"` | `"none"`, `"easy"` (SD .02 m, 6°), `"default"` (.05 m, 15°), `"hard"` (anywhere, .13 m apart) |
     | `play_seconds` | 5 | play after a snapshot |
     | `head_noise_deg` | 0 | SD of the head's turn between the begin of a visit and its snapshot |
@@ -165,6 +166,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         visits: int = 1,
         moves: int = 6,
         hand_seconds: float = 12.0,
+        animals_a_second: float = 10.0,
         jitter: str = "default",
         play_seconds: float = 5.0,
         head_noise_deg: float = 0.0,

@@ -54,6 +54,7 @@ class EnvOptions:
     visits: int = 1
     moves: int = 6
     hand_seconds: float = 12.0
+    animals_a_second: float = 10.0
     jitter: str = "default"
     play_seconds: float = 5.0
     head_noise_deg: float = 0.0
@@ -78,7 +79,7 @@ class EnvOptions:
         self._check("sign", self.sign != 0 and self.sign <= 1, "must be 1 (an adversary) or -1 (a helper)")
         for name in ("budget_m", "budget_rad", "hand_seconds"):
             self._make_float(name, zero=False, expected="must be a positive number")
-        for name in ("effort_weight", "play_seconds", "head_noise_deg"):
+        for name in ("effort_weight", "play_seconds", "head_noise_deg", "animals_a_second"):
             self._make_float(name, zero=True, expected="must be a number not below 0")
         if self.budget is not None:
             self._make_float("budget", zero=False, expected="must be a positive number, or None")

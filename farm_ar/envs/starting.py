@@ -120,7 +120,15 @@ def new_world(
     if options.head_noise_deg > 0:
         perception = UnsteadyHead(perception, float(np.deg2rad(options.head_noise_deg)))
     if options.game:
-        return FarmGame(scene, camera, rng, layout, make_reid, perception)
+        return FarmGame(
+            scene,
+            camera,
+            rng,
+            layout,
+            make_reid,
+            perception,
+            animals_a_second=options.animals_a_second,
+        )
     return PlainScene(layout, camera, Tracker(scene, layout, make_reid, perception), rng)
 
 

@@ -31,11 +31,11 @@ ANIMAL_SPEED_M_S = 0.12
 HAND_WAITS_AT_Z = -0.5
 """Where a hand that is out of view waits, metres."""
 
-EMISSION_PERIOD_S = 1.0
-"""Time between two animals of one colour."""
+ANIMALS_A_SECOND = 10.0
+"""How many animals leave the shed, all colours together; about four times as many are then on the table."""
 
-WARM_UP = 8
-"""Animals of each colour that have left the shed when the game begins; those that would be home are."""
+WARM_UP_S = 8.0
+"""How long animals have been leaving the shed when the game begins; those that would be home are."""
 
 PATH_SPREAD_M = 0.03
 """How far to the side of one another animals of one colour run, standard deviation."""
@@ -59,6 +59,7 @@ class FarmGame:
         make_reid: makes the re-identifier for the scene as it is believed to be.
         perception: makes the snapshots; by default from the true poses.
         hand_detector: sees the hand; by default from where it truly is.
+        animals_a_second: how many leave the shed, all colours together; not negative.
 
     Raises:
         SceneError: the scene has no fixed object for a shed.
@@ -73,6 +74,7 @@ class FarmGame:
         make_reid: ReidFactory = spatial_by_category,
         perception: Perception | None = None,
         hand_detector: HandDetector | None = None,
+        animals_a_second: float = ANIMALS_A_SECOND,
     ) -> None:
         layout = layout or scene.layout
         if not layout.fixed.any():
@@ -90,6 +92,7 @@ class FarmGame:
         self._shed = int(np.flatnonzero(layout.fixed)[0])
         self._goals = np.flatnonzero(layout.movable)
         self._emitted = np.zeros(len(layout), dtype=np.int64)
+        self._period = len(self._goals) / animals_a_second if animals_a_second > 0 else np.inf
         self._warm_up()
 
     @property
@@ -259,25 +262,28 @@ class FarmGame:
 
         The label in place k of n sends its j-th animal at (j + k / n) periods.
         """
+        if self._period == np.inf:
+            return
         n = len(self._goals)
         goals, delays = [], []
         for place, label in enumerate(self._goals):
-            due = (self._emitted[label] + place / n) * EMISSION_PERIOD_S
+            due = (self._emitted[label] + place / n) * self._period
             while due < self.clock + seconds:
                 goals.append(label)
                 delays.append(due - self.clock)
                 self._emitted[label] += 1
-                due += EMISSION_PERIOD_S
+                due += self._period
         if goals:
             first = np.argsort(delays, kind="stable")
             self._send_out(np.array(goals)[first], np.array(delays)[first])
 
     def _warm_up(self) -> None:
         """Fill the paths with animals that left before the game began, and forget those that are home."""
-        n = len(self._goals)
-        place, earlier = np.divmod(np.arange(n * WARM_UP), WARM_UP)
-        self._send_out(self._goals[place], -EMISSION_PERIOD_S * (earlier + 1 - place / n))
-        self._run(0.0)
+        n, each = len(self._goals), int(np.ceil(WARM_UP_S / self._period))
+        if each:
+            place, earlier = np.divmod(np.arange(n * each), each)
+            self._send_out(self._goals[place], -self._period * (earlier + 1 - place / n))
+            self._run(0.0)
 
     def _run(self, seconds: float) -> Arrivals:
         position, yaw = self.tabletop.poses()

@@ -14,8 +14,12 @@ from farm_ar.scenes import PERFECT, Camera, Detector, Layout, Snapshot, observe_
 ARM_HEIGHT_M = 0.06
 """Height of hand and forearm above the table."""
 
-ARM_POINTS = 9
-"""Points along the forearm that are looked for."""
+ARM_POINTS = 48
+"""Points along each side of the forearm that are looked for."""
+
+ARM_HALF_WIDTH_M = 0.03
+
+_ALONG = np.linspace(0.0, 1.0, ARM_POINTS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,10 +71,14 @@ class OraclePerception:
 
 
 def forearm(hand: FloatArray, reach_from: float = -0.45) -> FloatArray:
-    """(P, 2) points from the hand, (2,), to the elbow at the player's side, z = `reach_from` metres."""
-    elbow = np.array([hand[0], min(reach_from, hand[1])])
-    share = np.linspace(0.0, 1.0, ARM_POINTS)[:, None]
-    return hand + share * (elbow - hand)
+    """(P, 2) points of hand and forearm: both sides of it, from the hand, (2,), to the elbow.
+
+    The elbow is at the player's side, at z = `reach_from` metres or where the hand is, if that is nearer.
+    """
+    far = hand[1] + ARM_HALF_WIDTH_M
+    z = far + _ALONG * (min(reach_from, hand[1]) - far)
+    sides = [hand[0] - ARM_HALF_WIDTH_M, hand[0] + ARM_HALF_WIDTH_M]
+    return np.stack([np.repeat(sides, ARM_POINTS), np.tile(z, 2)], axis=-1)
 
 
 @dataclass(frozen=True)

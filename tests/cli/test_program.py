@@ -42,7 +42,10 @@ def test_help_names_every_command_and_loads_nothing_heavy():
     )
     result = in_a_process("--help", program=("-c", program))
     assert result.returncode == 0
-    assert all(f"\n  {command} " in result.stdout for command in ("demo", "identify", "play-script", "replay", "reproduce", "scenes"))
+    assert all(
+        f"\n  {command} " in result.stdout
+        for command in ("demo", "identify", "play-script", "replay", "reproduce", "scenes")
+    )
     assert result.stdout.endswith("loaded:\n")
 
 

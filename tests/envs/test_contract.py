@@ -51,6 +51,8 @@ VARIANTS = [
     (MOVE, {"sign": -1}),
     (MOVE, {"effort_weight": 0.0}),
     (MOVE, {"head_noise_deg": 5.0}),
+    (MOVE, {"animals_a_second": 60.0}),
+    (MOVE, {"animals_a_second": 0.0}),
     (HAND, {"head_noise_deg": 5.0, "hand_seconds": 1.0}),
     (MOVE, {"fov": "display"}),
     (MOVE, {"play_seconds": 0.0}),

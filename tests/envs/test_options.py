@@ -41,6 +41,7 @@ ARGUMENTS = [
     ("effort_weight", -1, "a number not below 0"),
     ("play_seconds", None, "a number not below 0"),
     ("head_noise_deg", -3.0, "a number not below 0"),
+    ("animals_a_second", -1.0, "a number not below 0"),
     ("game", "yes", "True or False"),
     ("render_mode", "human", "rgb_array or None"),
 ]

@@ -273,3 +273,14 @@ def test_what_slides_on_when_the_hand_is_withdrawn_is_motion_too():
     slid = game.withdraw_hand()[0].metres
     assert slid > 0.01
     assert metres + slid >= np.linalg.norm(game.truth.position[blue] - start) - 1e-9
+
+
+def test_more_animals_can_be_sent_out_and_none():
+    many, none = new_game(animals_a_second=75.0), new_game(animals_a_second=0.0)
+    assert len(many.flock) > 200
+    many.play(4.0)
+    assert 200 < len(many.flock) < 450
+    assert many.miscounts == 0
+    none.play(10.0)
+    assert len(none.flock) == 0
+    assert none.counters.counted.sum() == 0
