@@ -93,6 +93,7 @@ class FarmGame:
         self._goals = np.flatnonzero(layout.movable)
         self._emitted = np.zeros(len(layout), dtype=np.int64)
         self._period = len(self._goals) / animals_a_second if animals_a_second > 0 else np.inf
+        self._next_due = 0.0 if animals_a_second > 0 else np.inf
         self._warm_up()
 
     @property
@@ -191,7 +192,8 @@ class FarmGame:
             return
         self._emit(seconds)
         arrivals = self._run(seconds)
-        self.counters.add(arrivals.goal, arrivals.building)
+        if len(arrivals):
+            self.counters.add(arrivals.goal, arrivals.building)
         self.clock += seconds
 
     def bring_hand(self) -> None:
@@ -254,6 +256,8 @@ class FarmGame:
 
     def _moved_since(self, position: FloatArray, yaw: FloatArray) -> Motion:
         new_position, new_yaw = self.tabletop.poses()
+        if new_position is position:
+            return Motion()
         metres = np.linalg.norm(new_position - position, axis=1).sum()
         return Motion(float(metres), float(np.abs(wrap(new_yaw - yaw)).sum()))
 
@@ -262,7 +266,7 @@ class FarmGame:
 
         The label in place k of n sends its j-th animal at (j + k / n) periods.
         """
-        if self._period == np.inf:
+        if self._next_due >= self.clock + seconds:
             return
         n = len(self._goals)
         goals, delays = [], []
@@ -273,6 +277,9 @@ class FarmGame:
                 delays.append(due - self.clock)
                 self._emitted[label] += 1
                 due += self._period
+        self._next_due = min(
+            (self._emitted[label] + place / n) * self._period for place, label in enumerate(self._goals)
+        )
         if goals:
             first = np.argsort(delays, kind="stable")
             self._send_out(np.array(goals)[first], np.array(delays)[first])

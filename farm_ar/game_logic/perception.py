@@ -76,9 +76,11 @@ def forearm(hand: FloatArray, reach_from: float = -0.45) -> FloatArray:
     The elbow is at the player's side, at z = `reach_from` metres or where the hand is, if that is nearer.
     """
     far = hand[1] + ARM_HALF_WIDTH_M
-    z = far + _ALONG * (min(reach_from, hand[1]) - far)
-    sides = [hand[0] - ARM_HALF_WIDTH_M, hand[0] + ARM_HALF_WIDTH_M]
-    return np.stack([np.repeat(sides, ARM_POINTS), np.tile(z, 2)], axis=-1)
+    points = np.empty((2 * ARM_POINTS, 2))
+    points[:ARM_POINTS, 0] = hand[0] - ARM_HALF_WIDTH_M
+    points[ARM_POINTS:, 0] = hand[0] + ARM_HALF_WIDTH_M
+    points[:ARM_POINTS, 1] = points[ARM_POINTS:, 1] = far + _ALONG * (min(reach_from, hand[1]) - far)
+    return points
 
 
 @dataclass(frozen=True)

@@ -164,6 +164,15 @@ def test_objects_are_numbered_kind_by_kind_from_left_to_right_and_keep_their_num
         np.testing.assert_array_equal(env.view.order, view.order)
 
 
+def test_displacements_shrink_with_the_diagonal_of_the_scene(pair):
+    env = FarmToTableEnv(scene=pair, **AT_EASE)
+    env.reset(seed=0, options={"camera": {"position": [0.3, -0.9], "yaw": 0.0}})
+    before = env.world.truth.position[0]
+    env.step(np.array([0, 3, 1, 3]))
+    metres = 0.2 * pair.diagonal / np.hypot(1.2, 0.8)
+    np.testing.assert_allclose(env.world.truth.position[0] - before, [0, -metres], atol=0.005)
+
+
 def test_lengths_grow_with_the_diagonal_of_the_scene():
     env = FarmToTableEnv(scene="L1", control="layout", game=False, jitter="none", budget=99.0)
     for seed in range(20):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from farm_ar.envs import FarmToTableEnv
+from farm_ar.reid import Identification
 
 STILL = np.array([0, 0, 0, -1], dtype=np.float32)
 CLOSED = np.array([0, 0, 0, 1], dtype=np.float32)
@@ -162,6 +163,31 @@ def test_when_its_time_is_up_the_hand_is_withdrawn_and_the_snapshot_taken(make, 
     assert env.world.tabletop.hand is None
     assert (len(env.world.sightings), info["phase"]) == (1, "play")
     np.testing.assert_array_equal(observation["hand"], 0)
+
+
+def test_the_snapshot_at_the_end_of_its_time_is_the_one_that_is_told_of(make, drive):
+    def nothing(scene):
+        class Nothing:
+            def identify(self, snapshot):
+                return Identification((None,) * len(snapshot.detections))
+
+        return Nothing()
+
+    env = make(hand_seconds=0.8, reid=nothing)
+    drive(env, (0.6, 0.2), grip=False)
+    over, info = False, {}
+    for _ in range(8):
+        if not over:
+            *_, over, _, info = env.step(STILL)
+    assert (over, info["accuracy"]) == (True, 0.0)
+
+
+def test_a_visit_takes_no_longer_than_its_time():
+    env = FarmToTableEnv(control="hand", hand_seconds=0.25, play_seconds=1.0)
+    env.reset(seed=0)
+    ends = [env.step(STILL)[2] for _ in range(3)]
+    assert ends == [False, False, True]
+    assert env.world.clock == pytest.approx(1.25)
 
 
 def test_a_hand_that_never_came_makes_no_snapshot():

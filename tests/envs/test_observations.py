@@ -12,7 +12,7 @@ from farm_ar.reid.margins import margins
 from farm_ar.scenes import Camera, Detections, builtin_scene, observe
 
 MIND = {"believed_position", "believed_heading", "difference", "cost", "margin"}
-LEAVE = np.array([10, 3, 3, 3])
+LEAVE, STAY = np.array([10, 3, 3, 3]), np.array([0, 3, 3, 3])
 
 
 def moved_env(**arguments):
@@ -48,6 +48,21 @@ def test_poses_are_those_of_truth_and_belief_in_the_order_of_the_actions():
     shift, turn = (truth.position - believed.position)[order], wrap(truth.yaw - believed.yaw)[order]
     np.testing.assert_allclose(difference[:, :2] * [0.6, 0.4], shift, atol=1e-6)
     np.testing.assert_allclose(difference[:, 2] * np.pi, turn, atol=1e-6)
+
+
+def test_the_order_is_each_episodes_own():
+    env, orders = FarmToTableEnv(jitter="hard"), set()
+    for seed in range(4):
+        observation, _ = env.reset(seed=seed)
+        order, truth = env.view.order, env.world.truth
+        orders.add(tuple(order))
+        cost = observation["cost"].reshape(len(order), 5)
+        for row, i in enumerate(order):
+            rivals = [j for j in order if truth.category[j] == truth.category[i]]
+            assert cost[row, rivals.index(i)] < 1e-6
+            metres = np.linalg.norm(truth.position[i] - truth.position[rivals], axis=1) / np.hypot(1.2, 0.8)
+            assert np.all(cost[row, : len(rivals)] >= metres.astype(np.float32) - 1e-6)
+    assert len(orders) > 1
 
 
 def test_kinds_views_and_what_is_fixed_are_told():
@@ -132,9 +147,12 @@ def test_observations_are_the_callers_own():
     env = FarmToTableEnv(play_seconds=0.0)
     first, _ = env.reset(seed=0)
     kept = {name: values.copy() for name, values in first.items()}
-    second, *_ = env.step(LEAVE)
-    for values in second.values():
-        values[...] = 0
+    # Nothing changes on the table, so that what was observed might have been kept.
+    for action in (STAY, STAY, LEAVE):
+        second, *_ = env.step(action)
+        assert np.any(second["position"] != 0)
+        for values in second.values():
+            values[...] = 0
     for name, values in first.items():
         np.testing.assert_array_equal(values, kept[name])
     third, _ = env.reset(seed=0)

@@ -105,6 +105,14 @@ def test_a_changed_trace_plays_to_another_hash(change):
     assert replay(trace) != trace["hash"]
 
 
+def test_a_move_that_does_nothing_is_in_the_hash_too():
+    env = FarmToTableEnv()
+    env.reset(seed=0)
+    before = env.state_hash()
+    env.step(np.array([0, 3, 3, 3]))
+    assert env.state_hash() != before
+
+
 def test_looking_changes_nothing():
     def state(look):
         env = FarmToTableEnv(visits=2, render_mode="rgb_array" if look else None)
