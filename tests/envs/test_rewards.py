@@ -89,6 +89,7 @@ def test_the_miscount_reward_counts_animals_that_arrive_where_nothing_stands(pai
             jitter="none",
             play_seconds=20.0,
             budget=9.0,
+            animals_a_second=2.0,
             visits=visits,
         )
         env.reset(seed=3, options={"camera": left_only})
