@@ -6,7 +6,9 @@ from functools import cached_property
 
 import numpy as np
 
+from farm_ar.arrays import IntArray
 from farm_ar.drawing.game import creatures, ground
+from farm_ar.drawing.game.atlas import Atlas
 from farm_ar.drawing.game.buildings_above import roof
 from farm_ar.drawing.game.colours import PAPER, Image, category_colour, darker, label_colours
 from farm_ar.drawing.game.header import draw_header, draw_legend, draw_score, header_height
@@ -68,9 +70,7 @@ class TableFromAbove:
         """
         image = self._background.copy()
         frozen = moment.phase == "hand"
-        self._draw_living(image, moment)
-        self._draw_animals(image, moment, frozen)
-        self._draw_things(image, moment.truth)
+        self._draw_things(image, moment, frozen)
         if frozen:
             freeze(image)
         draw_camera(image, moment.camera, self.window)
@@ -152,36 +152,57 @@ class TableFromAbove:
             words = text_sprite(site.name, max(8, round(10 * self.unit)), ink, BOLD, halo)
             paste(image, words.pixels, round(x + 4 * self.unit), round(y - 2 * self.unit) + words.top)
 
-    def _draw_living(self, image: Image, moment: Moment) -> None:
-        for placed in self._scenery.living(moment.seconds):
-            x, y = self.window.pixels(placed.position)
-            paste_art(image, placed.thing.above, float(x), float(y), self.window.scale, placed.yaw)
+    def _draw_things(self, image: Image, moment: Moment, frozen: bool) -> None:
+        """What is alive around the buildings, the animals, in ice if they are frozen, and the buildings."""
+        living = self._scenery.living(moment.seconds)
+        around = [self._atlas.number(placed.thing.above) for placed in living]
+        animals, place, yaw = self._animals[moment.animal_goal], moment.animal, moment.animal_heading
+        if frozen:
+            animals = np.stack([animals, np.full_like(animals, self._ice)], axis=1).reshape(-1)
+            place = np.repeat(place, 2, axis=0)
+            yaw = np.stack([yaw, np.zeros_like(yaw)], axis=1).reshape(-1)
+        order, truth = self._large_first, moment.truth
+        art = np.concatenate([np.array(around, np.int64), animals, self._roofs])
+        places = np.concatenate(
+            [np.array([p.position for p in living]).reshape(-1, 2), place, truth.position[order]]
+        )
+        yaws = np.concatenate([[p.yaw for p in living], yaw, truth.yaw[order]])
+        step = np.repeat([7.5, 1.0], [len(art) - len(order), len(order)])
+        self._atlas.paste(image, art, self.window.pixels(places), yaws, step)
 
-    def _draw_animals(self, image: Image, moment: Moment, frozen: bool) -> None:
-        category = self.scene.layout.category
-        scale = self.window.scale
+    @cached_property
+    def _atlas(self) -> Atlas:
+        return Atlas(lambda size: self.window.scale)
+
+    @cached_property
+    def _animals(self) -> IntArray:
+        """(N,) the drawing of an animal of each label."""
+        kinds = zip(self._colours, self.scene.layout.category, strict=True)
         arts = [
             creatures.bunny(colour) if kind == "hutch" else creatures.chicken(colour)
-            for colour, kind in zip(self._colours, category, strict=True)
+            for colour, kind in kinds
         ]
-        ice = ice_block(0.6 * creatures.LENGTH_M)
-        places = self.window.pixels(moment.animal).tolist()
-        turned = moment.animal_heading.tolist()
-        for (x, y), yaw, goal in zip(places, turned, moment.animal_goal.tolist(), strict=True):
-            paste_art(image, arts[goal], x, y, scale, yaw)
-            if frozen:
-                paste_art(image, ice, x, y, scale)
+        return np.array([self._atlas.number(art) for art in arts], dtype=np.int64)
 
-    def _draw_things(self, image: Image, layout: Layout) -> None:
-        categories = layout.categories
-        places = self.window.pixels(layout.position).tolist()
-        # What is large lies below what is small.
-        for i in np.argsort(-layout.size[:, 0] * layout.size[:, 2], kind="stable"):
+    @cached_property
+    def _ice(self) -> int:
+        return self._atlas.number(ice_block(0.6 * creatures.LENGTH_M))
+
+    @cached_property
+    def _large_first(self) -> IntArray:
+        """(N,) the order in which things are drawn: what is large lies below what is small."""
+        size = self.scene.layout.size
+        return np.argsort(-size[:, 0] * size[:, 2], kind="stable")
+
+    @cached_property
+    def _roofs(self) -> IntArray:
+        """(N,) the drawings of things, the large ones first."""
+        layout, arts = self.scene.layout, []
+        for i in self._large_first:
             width, _, depth = layout.size[i].tolist()
-            colour = category_colour(layout.category[i], categories)
-            art = roof(layout.category[i], colour, width, depth)
-            x, y = places[i]
-            paste_art(image, art, x, y, self.window.scale, float(layout.yaw[i]), step=1.0)
+            colour = category_colour(layout.category[i], layout.categories)
+            arts.append(self._atlas.number(roof(layout.category[i], colour, width, depth)))
+        return np.array(arts, dtype=np.int64)
 
     def _draw_labels(self, image: Image, moment: Moment, beliefs: bool) -> None:
         plates = self.plates(moment, beliefs)

@@ -85,19 +85,23 @@ def stack(
     Returns:
         (L,) rows where they stand, NaN for those left out.
     """
-    placed = np.full(len(base), np.nan)
-    for k in range(len(base)):
-        others = np.flatnonzero(~np.isnan(placed))
-        apart = np.abs(middle[others] - middle[k]) - half[others] - half[k]
-        closeness = np.clip(1 - apart / _APPROACH_PX, 0.0, 1.0)
-        free = np.where(closeness > 0, (1 - closeness) * _GLIDE_PX, np.inf) - line
-        start = np.clip(base[k], highest, lowest)
-        row = np.min(placed[others] + free, initial=start)
+    rows: list[float] = []
+    standing: list[tuple[float, float, float]] = []
+    # So few are written in loops: arrays would take longer.
+    for x, reach, wanted in zip(middle.tolist(), half.tolist(), base.tolist(), strict=True):
+        free = []
+        for other, width, row in standing:
+            closeness = min(1 - (abs(other - x) - width - reach) / _APPROACH_PX, 1.0)
+            if closeness > 0:
+                free.append((row, (1 - closeness) * _GLIDE_PX - line))
+        start = min(max(wanted, highest), lowest)
+        row = min([start, *(other + room for other, room in free)])
         if row < highest:
-            row = np.max(placed[others] - free, initial=start)
+            row = max([start, *(other - room for other, room in free)])
         if row <= lowest:
-            placed[k] = row
-    return placed
+            standing.append((x, reach, row))
+        rows.append(row if row <= lowest else np.nan)
+    return np.array(rows)
 
 
 def _in_picture(moment: Moment, view: Pinhole, width: int, height: int) -> tuple[list[int], FloatArray]:
