@@ -118,7 +118,7 @@ def running(scene: Scene, animals: int, head_moves: bool) -> list[Moment]:
 
 
 def rows_of_buildings(count: int) -> Scene:
-    """Coops and hutches in rows, as densely as on the farm, with a shed: the table grows with their number."""
+    """Coops and hutches in rows and a shed, as densely as on the farm: the table grows with their number."""
     coop, hutch, shed = (
         Model("coop", (0.10, 0.08, 0.09)),
         Model("hutch", (0.09, 0.07, 0.07)),
@@ -216,13 +216,14 @@ def main() -> None:
         f"{n} buildings": of_moments(GameFrames(scene).frame, running(scene, 40, False))
         for n, scene in ((n, rows_of_buildings(n)) for n in BUILDINGS)
     }
-    page = (
-        "# Speed of the pictures\n\nMade by `python benchmarks/rendering.py --write` (LunarLander needs the extra "
-        "`bench`): pictures a second\nof processor time on one core, medians of rounds in one run in which the rows "
-        "of a table take turns. The ratios carry over\nto other machines better than the numbers. LunarLander's "
-        "pictures are 600x400; those of the environments here, the table from\nabove beside the headset's view, "
-        f"are {GameFrames(farm).size[0]}x480.\n"
-    )
+    width, height = GameFrames(farm).size
+    page = f"""# Speed of the pictures
+
+Made by `python benchmarks/rendering.py --write` (LunarLander needs the extra `bench`): pictures a second of processor
+time on one core, medians of rounds in one run in which the rows of a table take turns. The ratios carry over to other
+machines better than the numbers. LunarLander's pictures are 600x400; those of the environments here, the table from
+above beside the headset's view, are {width}x{height}.
+"""
     print(page)
     for title, cases in (
         ("`env.render()`, and the farm with 40 animals", environments()),

@@ -13,7 +13,7 @@ from farm_ar.drawing.game.buildings_above import roof
 from farm_ar.drawing.game.colours import PAPER, Image, category_colour, darker, label_colours
 from farm_ar.drawing.game.header import draw_header, draw_legend, draw_score, header_height
 from farm_ar.drawing.game.lettering import BOLD, text_sprite
-from farm_ar.drawing.game.marks import draw_beliefs, draw_camera
+from farm_ar.drawing.game.marks import CameraMark, draw_beliefs
 from farm_ar.drawing.game.overlays import freeze, ice_block, outline
 from farm_ar.drawing.game.pixels import paste
 from farm_ar.drawing.game.plates import Plates, arrange, draw_leaders, draw_plate, plate_text, room_for
@@ -54,6 +54,7 @@ class TableFromAbove:
         self.window: Window = window_on(scene.size, width, height, self._header, near)
         self._letter = max(9, round(_LETTER_PX * self.unit))
         self._colours = label_colours(scene.layout.labels)
+        self._camera = CameraMark(self.window)
         self._arranged: tuple[object, Plates] | None = None
 
     def draw(self, moment: Moment, labels: bool = True, beliefs: bool = True) -> Image:
@@ -73,7 +74,7 @@ class TableFromAbove:
         self._draw_things(image, moment, frozen)
         if frozen:
             freeze(image)
-        draw_camera(image, moment.camera, self.window)
+        self._camera.draw(image, moment.camera)
         if beliefs:
             draw_beliefs(image, moment, self.window, self._colours)
         if moment.hand is not None:
@@ -83,7 +84,8 @@ class TableFromAbove:
         return image
 
     @cached_property
-    def _scenery(self) -> Scenery:
+    def scenery(self) -> Scenery:
+        """What is drawn around the buildings."""
         return Scenery(self.scene)
 
     @cached_property
@@ -129,7 +131,7 @@ class TableFromAbove:
         ground.draw_rim(image, x0, y0, x1, y1, max(3, round(7 * self.unit)))
         image[y0:y1, x0:x1] = ground.table_top(self.scene, x1 - x0, y1 - y0)
         self._draw_cells(image)
-        for placed in self._scenery.standing:
+        for placed in self.scenery.standing:
             x, y = window.pixels(placed.position)
             paste_art(image, placed.thing.above, float(x), float(y), window.scale, placed.yaw)
         return image
@@ -154,7 +156,7 @@ class TableFromAbove:
 
     def _draw_things(self, image: Image, moment: Moment, frozen: bool) -> None:
         """What is alive around the buildings, the animals, in ice if they are frozen, and the buildings."""
-        living = self._scenery.living(moment.seconds)
+        living = self.scenery.living(moment.seconds)
         around = [self._atlas.number(placed.thing.above) for placed in living]
         animals, place, yaw = self._animals[moment.animal_goal], moment.animal, moment.animal_heading
         if frozen:

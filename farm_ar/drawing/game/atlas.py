@@ -12,7 +12,7 @@ from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.drawing.game.colours import Image
 from farm_ar.drawing.game.pixels import Bytes, Distances, paste_all, paste_in_space
 from farm_ar.drawing.game.shapes import Art
-from farm_ar.drawing.game.sprites import PHASES, rendered
+from farm_ar.drawing.game.sprites import PHASES, Sprite, rendered
 
 _LARGEST = 1 << 26
 """Bytes in the store after which it begins anew."""
@@ -33,7 +33,10 @@ class Atlas:
         self._scale_of, self._largest = scale_of, largest
         self._arts: list[Art] = []
         self._numbers: dict[Art, int] = {}
-        self._forget()
+        self._store: Bytes = np.zeros(1 << 16, np.uint8)
+        self._entries: IntArray = np.zeros((256, 5), np.int64)
+        self._known: dict[int, int] = {}
+        self._used = 0
 
     def number(self, art: Art) -> int:
         """What a drawing is called in `paste`."""
@@ -107,7 +110,8 @@ class Atlas:
         code = (art * _SIZES + size) * _HALF_DEGREES + turn
         code = (code * PHASES + phase[:, 0]) * PHASES + phase[:, 1]
         if self._used > self._largest:
-            self._forget()
+            self._known.clear()
+            self._used = 0
         codes = code.tolist()
         known = self._known
         index = [known[key] if key in known else self._add(key) for key in codes]
@@ -134,11 +138,20 @@ class Atlas:
         self._known[code] = count
         return count
 
-    def _forget(self) -> None:
-        self._store: Bytes = np.zeros(1 << 16, np.uint8)
-        self._entries: IntArray = np.zeros((256, 5), np.int64)
-        self._known: dict[int, int] = {}
-        self._used = 0
+
+def paste_one_in_space(image: Image, away: Distances, sprite: Sprite, distance: float) -> None:
+    """Draw a sprite that belongs to the picture's corner where nothing nearer is; it hides what comes later.
+
+    Args:
+        image: to draw on.
+        away: (H, W) how far away is what each pixel shows.
+        sprite: what to draw.
+        distance: how far away it is.
+    """
+    height, width = sprite.pixels.shape[:2]
+    shape, corner = np.array([[0, height, width]]), np.array([[sprite.left, sprite.top]])
+    near = np.array([distance], np.float32)
+    paste_in_space(image, away, sprite.pixels.reshape(-1), shape, corner, near, True)
 
 
 def _longer(array: npt.NDArray[Any], least: int) -> npt.NDArray[Any]:

@@ -7,7 +7,7 @@ import numpy as np
 from farm_ar.drawing.game import creatures
 from farm_ar.drawing.game.atlas import Atlas
 from farm_ar.drawing.game.colours import Image, label_colours
-from farm_ar.drawing.game.floating_labels import draw_floating_labels
+from farm_ar.drawing.game.floating_labels import FloatingLabels
 from farm_ar.drawing.game.header import draw_header, header_height
 from farm_ar.drawing.game.overlays import freeze, ice_block
 from farm_ar.drawing.game.perspective import upright_places, upright_scale
@@ -36,14 +36,22 @@ class HeadsetView:
         size: width and height of the pictures, pixels; the view's left and right limits are those of the
             picture.
         header: whether a bar at the top tells phase, caption and time.
+        scenery: of the scene, where another drawer has it already.
     """
 
-    def __init__(self, scene: Scene, size: tuple[int, int] = (480, 480), header: bool = True) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        size: tuple[int, int] = (480, 480),
+        header: bool = True,
+        scenery: Scenery | None = None,
+    ) -> None:
         self.scene = scene
         self.size = size
         self._header = header_height(size[1]) if header else 0
         self._colours = label_colours(scene.layout.labels)
-        self._scenery = Scenery(scene)
+        self._scenery = scenery or Scenery(scene)
+        self._labels = FloatingLabels(self._colours, self._header)
         self._atlas = Atlas(upright_scale)
         self._standing = StandingThings(scene, size, self._scenery.standing, self._atlas)
         self._bunny = np.array([category == "hutch" for category in scene.layout.category])
@@ -62,7 +70,7 @@ class HeadsetView:
         if moment.hand is not None:
             draw_hand_before_eyes(image, moment.hand, view)
         _dim_outside(image, moment.camera, view)
-        draw_floating_labels(image, moment, view, self._colours, self._header)
+        self._labels.draw(image, moment, view)
         if self._header:
             draw_header(image, moment)
         return image

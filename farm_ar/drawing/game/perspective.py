@@ -7,14 +7,12 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.drawing.game.colours import Colour, Image
 from farm_ar.drawing.game.pinhole import NEAR_M, Pinhole, before_camera
-from farm_ar.drawing.game.pixels import Distances
 from farm_ar.drawing.game.solids import Solid, light_on
-from farm_ar.drawing.game.sprites import SHIFT, fixed_point
+from farm_ar.drawing.game.sprites import SHIFT, Sprite, fixed_point
 
 _STEP = np.log(1.03)
 """Sizes of what stands upright are rounded to steps of 3%."""
@@ -40,43 +38,60 @@ class Block:
         solid: what it is.
         yaw: its heading, radians.
         foot: (3,) the middle of its foot, metres.
-        away: its distance from the eye along the line of sight, metres.
     """
 
     solid: Solid
     yaw: float
     foot: FloatArray
-    away: float
 
 
-def draw_solids(image: Image, away: Distances, view: Pinhole, blocks: Sequence[Block]) -> None:
-    """Draw of solids those faces that face the eye.
+def solid_sprites(view: Pinhole, blocks: Sequence[Block], picture: tuple[int, int]) -> list[Sprite | None]:
+    """What is seen of solids, each as a sprite that belongs to the picture's corner; None if nothing is.
 
     Args:
-        image: to draw on.
-        away: (H, W) to write into how far away what each pixel shows is.
         view: the camera.
-        blocks: the farthest first.
+        blocks: what to draw.
+        picture: its width and height, pixels.
     """
     if not blocks:
-        return
-    for block, frame, seen, tones in zip(blocks, *_transformed(view, blocks), strict=True):
-        solid = block.solid
-        whole = bool((frame[:, 2] >= NEAR_M).all())
-        corners = _corners(view, frame) if whole else None
-        for k, (begin, end) in enumerate(solid.ends):
-            if not seen[solid.face[k]]:
-                continue
-            polygon = (
-                _corners(view, before_camera(frame[begin:end])) if corners is None else corners[begin:end]
-            )
-            if len(polygon) < 3:
-                continue
-            cv2.fillPoly(image, [polygon], tones[k], cv2.LINE_AA, SHIFT)
-            if k == 0 or solid.face[k] != solid.face[k - 1]:
-                ink = [channel // 2 for channel in tones[k]]
-                cv2.polylines(image, [polygon], True, ink, 1, cv2.LINE_AA, SHIFT)
-                cv2.fillPoly(away, [polygon], block.away, cv2.LINE_8, SHIFT)
+        return []
+    parts = zip(blocks, *_transformed(view, blocks), strict=True)
+    return [
+        _solid_sprite(view, block.solid, frame, seen, tones, picture) for block, frame, seen, tones in parts
+    ]
+
+
+def _solid_sprite(
+    view: Pinhole,
+    solid: Solid,
+    frame: FloatArray,
+    seen: list[bool],
+    tones: list[list[int]],
+    picture: tuple[int, int],
+) -> Sprite | None:
+    """Those faces of a solid that face the eye, given its points (P, 3) in the camera's axes."""
+    whole = bool((frame[:, 2] >= NEAR_M).all())
+    pieces = [frame] if whole else [before_camera(frame[begin:end]) for begin, end in solid.ends]
+    outlines = [view.pixels(piece) for piece in pieces]
+    every = np.concatenate(outlines)
+    if not len(every):
+        return None
+    low = np.clip(np.floor(every.min(axis=0)) - 2, 0, picture).astype(int)
+    high = np.clip(np.ceil(every.max(axis=0)) + 2, 0, picture).astype(int)
+    (left, top), (wide, tall) = low.tolist(), (high - low).tolist()
+    if wide <= 0 or tall <= 0:
+        return None
+    canvas = np.zeros((tall, wide, 4), np.uint8)
+    corners = [fixed_point(np.clip(points, -_FARTHEST_PX, _FARTHEST_PX) - low) for points in outlines]
+    for k, (begin, end) in enumerate(solid.ends):
+        polygon = corners[0][begin:end] if whole else corners[k]
+        if not seen[solid.face[k]] or len(polygon) < 3:
+            continue
+        cv2.fillPoly(canvas, [polygon], [*tones[k], 255], cv2.LINE_AA, SHIFT)
+        if k == 0 or solid.face[k] != solid.face[k - 1]:
+            ink = [channel // 2 for channel in tones[k]]
+            cv2.polylines(canvas, [polygon], True, [*ink, 255], 1, cv2.LINE_AA, SHIFT)
+    return Sprite(canvas, left, top)
 
 
 def _transformed(
@@ -115,10 +130,6 @@ def _turned(vectors: FloatArray, yaw: FloatArray) -> FloatArray:
     cosine, sine = np.cos(yaw), np.sin(yaw)
     x, y, z = vectors.T
     return np.stack([x * cosine + z * sine, y, z * cosine - x * sine], axis=1)
-
-
-def _corners(view: Pinhole, frame: FloatArray) -> npt.NDArray[np.int32]:
-    return fixed_point(np.clip(view.pixels(frame), -_FARTHEST_PX, _FARTHEST_PX))
 
 
 def upright_scale(size: int) -> float:

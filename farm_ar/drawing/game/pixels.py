@@ -22,15 +22,29 @@ def paste(image: Bytes, sprite: Bytes, left: int, top: int) -> None:
     What lies outside the picture is cut off.
     """
     height, width = image.shape[0], image.shape[1]
+    first, last = max(0, -left), min(sprite.shape[1], width - left)
     for row in range(max(0, -top), min(sprite.shape[0], height - top)):
-        for column in range(max(0, -left), min(sprite.shape[1], width - left)):
-            alpha = np.int32(sprite[row, column, 3])
-            if alpha == 0:
-                continue
-            for channel in range(3):
-                below = np.int32(image[top + row, left + column, channel])
-                mixed = np.int32(sprite[row, column, channel]) + (below * (255 - alpha) + 127) // 255
-                image[top + row, left + column, channel] = mixed if mixed < 255 else 255
+        below, above = image[top + row].reshape(-1), sprite[row].reshape(-1)
+        for column in range(first, last):
+            _mix_pixel(below, 3 * (left + column), above, 4 * column)
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def _mix_pixel(below: Bytes, at: int, above: Bytes, start: int) -> None:
+    """Put one pixel of four bytes on one of three."""
+    # Unsigned places spare the question whether they are counted from the end.
+    b, a = np.uintp(at), np.uintp(start)
+    kept = np.uint32(255) - np.uint32(above[a + np.uintp(3)])
+    if kept == 255:
+        return
+    for channel in range(3):
+        c = np.uintp(channel)
+        mixed = np.uint32(above[a + c])
+        if kept:
+            # Divides by 255, rounding to the nearest.
+            part = np.uint32(below[b + c]) * kept + np.uint32(128)
+            mixed = min(mixed + ((part + (part >> np.uint32(8))) >> np.uint32(8)), np.uint32(255))
+        below[b + c] = np.uint8(mixed)
 
 
 @numba.njit(cache=True, nogil=True)
@@ -122,15 +136,13 @@ def paste_in_space(
     for s in range(len(sprite)):
         start, high, wide = sprite[s, 0], sprite[s, 1], sprite[s, 2]
         left, top = corner[s, 0], corner[s, 1]
+        first, last = max(0, -left), min(wide, width - left)
         for row in range(max(0, -top), min(high, height - top)):
-            for column in range(max(0, -left), min(wide, width - left)):
+            below, depth = image[top + row].reshape(-1), away[top + row]
+            for column in range(first, last):
                 at = start + 4 * (row * wide + column)
-                alpha = np.int32(store[at + 3])
-                if alpha == 0 or away[top + row, left + column] < distance[s]:
+                if store[at + 3] == 0 or depth[left + column] < distance[s]:
                     continue
-                for channel in range(3):
-                    below = np.int32(image[top + row, left + column, channel])
-                    mixed = np.int32(store[at + channel]) + (below * (255 - alpha) + 127) // 255
-                    image[top + row, left + column, channel] = mixed if mixed < 255 else 255
-                if solid and alpha >= 128:
-                    away[top + row, left + column] = distance[s]
+                _mix_pixel(below, 3 * (left + column), store, at)
+                if solid and store[at + 3] >= 128:
+                    depth[left + column] = distance[s]

@@ -18,11 +18,12 @@ from farm_ar.drawing.game.shapes import Art, Part
 SHIFT = 4
 """Binary places of the coordinates that OpenCV is given."""
 
-_FINER = 4  # sprites are drawn so many times larger, then averaged
 _SHADOW = 64
 
-PHASES = 4
-"""Positions of a drawing between two pixels."""
+_FINER = 4  # sprites are drawn so many times larger, then averaged
+
+PHASES = 2
+"""Positions of a drawing between two pixels, across and down."""
 
 
 class Sprite(NamedTuple):
@@ -84,19 +85,29 @@ def paste_art(
 
 @lru_cache(maxsize=4096)
 def rendered(art: Art, scale: float, heading: float, phase_x: int, phase_y: int) -> Sprite:
-    """A drawing at a scale, a heading in degrees and a place within the pixel, in quarters."""
+    """A drawing at a scale, a heading in degrees and a place within the pixel, in halves."""
+    canvas, left, top = _finer(art, scale, heading)
+    height, width = (side // _FINER - 1 for side in canvas.shape[:2])
+    down, right = (_FINER - phase * (_FINER // PHASES) for phase in (phase_y, phase_x))
+    shifted = canvas[down : down + height * _FINER, right : right + width * _FINER]
+    pixels = cv2.resize(shifted, (width, height), interpolation=cv2.INTER_AREA)
+    return Sprite(np.ascontiguousarray(pixels, dtype=np.uint8), left, top)
+
+
+@lru_cache(maxsize=1024)
+def _finer(art: Art, scale: float, heading: float) -> tuple[npt.NDArray[np.uint8], int, int]:
+    """A drawing several times larger, in the first of its places, with a free pixel before it; left, top."""
     turn = np.deg2rad(heading)
     # Ahead is up the page, where rows fall.
     to_page = scale * np.array([[np.cos(turn), np.sin(turn)], [np.sin(turn), -np.cos(turn)]])
-    phase = (np.array([phase_x, phase_y]) + 0.5) / PHASES
-    placed = [(part.points @ to_page.T + phase, part) for part in art.parts]
+    placed = [(part.points @ to_page.T + 0.5 / PHASES, part) for part in art.parts]
     every = np.concatenate([points for points, _ in placed])
     widest = max(part.width for part in art.parts)
     reach = scale * (widest / 2 + art.outline + art.shadow) + 1.5
     low = np.floor(every.min(axis=0) - reach).astype(int)
-    width, height = (np.ceil(every.max(axis=0) + reach) - low).astype(int)
+    width, height = (np.ceil(every.max(axis=0) + 1.0 + reach) - low).astype(int) + 1
     canvas = np.zeros((height * _FINER, width * _FINER, 4), np.uint8)
-    outlines = [((points - low) * _FINER, part) for points, part in placed]
+    outlines = [((points - low + 1) * _FINER, part) for points, part in placed]
     if art.shadow:
         fall = art.shadow * scale * _FINER * np.array([0.8, 0.6])
         for points, part in outlines:
@@ -106,8 +117,7 @@ def rendered(art: Art, scale: float, heading: float, phase_x: int, phase_y: int)
             _draw(canvas, points, part, art.ink, 255, scale, art.outline)
     for points, part in outlines:
         _draw(canvas, points, part, part.colour, part.alpha, scale, 0.0)
-    pixels = cv2.resize(canvas, (int(width), int(height)), interpolation=cv2.INTER_AREA)
-    return Sprite(np.ascontiguousarray(pixels, dtype=np.uint8), int(low[0]), int(low[1]))
+    return canvas, int(low[0]), int(low[1])
 
 
 def _draw(

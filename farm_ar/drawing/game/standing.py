@@ -5,15 +5,17 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from farm_ar.arrays import FloatArray
 from farm_ar.drawing.game import ground
-from farm_ar.drawing.game.atlas import Atlas
+from farm_ar.drawing.game.atlas import Atlas, paste_one_in_space
 from farm_ar.drawing.game.building_solids import solid
-from farm_ar.drawing.game.colours import Colour, Image, category_colour
-from farm_ar.drawing.game.perspective import Block, draw_solids, upright_places
+from farm_ar.drawing.game.colours import Image, category_colour
+from farm_ar.drawing.game.perspective import Block, solid_sprites, upright_places
 from farm_ar.drawing.game.pinhole import Pinhole
 from farm_ar.drawing.game.pixels import Distances
 from farm_ar.drawing.game.rooms import draw_table_edges, draw_table_shadow, draw_walls
 from farm_ar.drawing.game.scenery import Placed
+from farm_ar.drawing.game.sprites import Sprite
 from farm_ar.scenes import Camera, Layout, Scene
 
 _TEXTURE_PX = 640
@@ -45,6 +47,8 @@ class StandingThings:
         self._wall[:] = ground.WALL
         self._feet = np.array([placed.position for placed in scenery]).reshape(-1, 2)
         self._key: tuple[bytes, ...] | None = None
+        self._sprites: dict[int, Sprite | None] = {}
+        self._drawn: Layout | None = None
         self._room = self._image = np.zeros((height, width, 3), np.uint8)
         self._away: Distances = np.zeros((height, width), np.float32)
 
@@ -61,6 +65,7 @@ class StandingThings:
         if key != self._key:
             if self._key is None or self._key[: len(head)] != head:
                 self._room = self._draw_room(view)
+                self._drawn = None
             self._image, self._away = self._draw_things(view, truth)
             self._key = key
         return self._image.copy(), self._away
@@ -99,16 +104,31 @@ class StandingThings:
         away: Distances = np.full(image.shape[:2], np.inf, np.float32)
         feet = np.insert(layout.position, 1, layout.elevation, axis=1)
         distance = view.frame(feet)[:, 2]
-        blocks = []
-        for i in np.argsort(-distance, kind="stable"):
-            if distance[i] > -layout.size[i].max():
-                colour: Colour = category_colour(layout.category[i], layout.categories)
-                shape = solid(layout.category[i], colour, *layout.size[i].tolist())
-                blocks.append(Block(shape, float(layout.yaw[i]), feet[i], float(distance[i])))
-        draw_solids(image, away, view, blocks)
+        self._draw_moved(view, layout, feet)
+        for i in np.argsort(-distance, kind="stable").tolist():
+            sprite = self._sprites[i]
+            if sprite is not None and distance[i] > -layout.size[i].max():
+                paste_one_in_space(image, away, sprite, float(distance[i]))
         if self._scenery:
             self._draw_scenery(image, away, view)
         return image, away
+
+    def _draw_moved(self, view: Pinhole, layout: Layout, feet: FloatArray) -> None:
+        """Draw anew what does not stand where it stood when it was drawn last."""
+        if self._drawn is None:
+            moved = np.arange(len(layout))
+        else:
+            moved = np.flatnonzero(
+                (layout.position != self._drawn.position).any(axis=1) | (layout.yaw != self._drawn.yaw)
+            )
+        blocks = []
+        for i in moved.tolist():
+            colour = category_colour(layout.category[i], layout.categories)
+            shape = solid(layout.category[i], colour, *layout.size[i].tolist())
+            blocks.append(Block(shape, float(layout.yaw[i]), feet[i]))
+        fresh = solid_sprites(view, blocks, self.size)
+        self._sprites.update(zip(moved.tolist(), fresh, strict=True))
+        self._drawn = layout
 
     def _draw_scenery(self, image: Image, away: Distances, view: Pinhole) -> None:
         art = np.array([upright_number(self._atlas, placed, view) for placed in self._scenery], np.int64)
