@@ -219,10 +219,10 @@ def main() -> None:
     width, height = GameFrames(farm).size
     page = f"""# Speed of the pictures
 
-Made by `python benchmarks/rendering.py --write` (LunarLander needs the extra `bench`): pictures a second of processor
-time on one core, medians of rounds in one run in which the rows of a table take turns. The ratios carry over to other
-machines better than the numbers. LunarLander's pictures are 600x400; those of the environments here, the table from
-above beside the headset's view, are {width}x{height}.
+Made by `python benchmarks/rendering.py --write` (LunarLander needs the extra `bench`): pictures a second of
+processor time on one core, medians of rounds in one run in which the rows of a table take turns. The ratios
+carry over to other machines better than the numbers. LunarLander's pictures are 600x400; those of the
+environments here, the table from above beside the headset's view, are {width}x{height}.
 """
     print(page)
     for title, cases in (
