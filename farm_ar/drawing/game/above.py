@@ -6,14 +6,14 @@ from functools import cached_property
 
 import numpy as np
 
-from farm_ar.arrays import IntArray
+from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.drawing.game import creatures, ground
 from farm_ar.drawing.game.atlas import Atlas
 from farm_ar.drawing.game.buildings_above import roof
-from farm_ar.drawing.game.colours import PAPER, Image, category_colour, darker, label_colours
+from farm_ar.drawing.game.colours import PAPER, Colour, Image, category_colour, darker, label_colours
 from farm_ar.drawing.game.header import draw_header, draw_legend, draw_score, header_height
 from farm_ar.drawing.game.lettering import BOLD, text_sprite
-from farm_ar.drawing.game.marks import CameraMark, draw_beliefs
+from farm_ar.drawing.game.marks import HEAD_RADIUS_M, CameraMark, draw_beliefs
 from farm_ar.drawing.game.overlays import freeze, ice_block, outline
 from farm_ar.drawing.game.pixels import paste
 from farm_ar.drawing.game.plates import Plates, arrange, draw_leaders, draw_plate, plate_text, room_for
@@ -23,11 +23,20 @@ from farm_ar.drawing.game.small import SmallTable
 from farm_ar.drawing.game.sprites import paste_art
 from farm_ar.drawing.game.window import Window, window_on
 from farm_ar.game_logic.moment import Moment
-from farm_ar.geometry import footprint_corners, voronoi_cells
-from farm_ar.scenes import Layout, Scene
+from farm_ar.game_logic.paths import door
+from farm_ar.geometry import direction, footprint_corners, voronoi_cells
+from farm_ar.scenes import Camera, Layout, Scene
 
 _STRIP = 0.46
 """How much of the floor before a game's table is shown, in depths of the table: there the player stands."""
+
+_CROWD_STEP_M = 0.045
+"""Side of the squares before the shed's door that plates leave to the animals, metres."""
+
+_SITES_COUNT = 3
+"""The name of a site counts as so many things that plates should not cover."""
+
+_CELL_LINES: Colour = (168, 158, 142)
 
 _LETTER_PX = 11.3
 """Height of the letters on plates in a picture 480 high."""
@@ -75,6 +84,7 @@ class TableFromAbove:
         if frozen:
             freeze(image)
         self._camera.draw(image, moment.camera)
+        self._name_sites(image, moment.camera)
         if beliefs:
             draw_beliefs(image, moment, self.window, self._colours)
         if moment.hand is not None:
@@ -113,13 +123,40 @@ class TableFromAbove:
     def _arrange(self, layout: Layout, index: list[int], rooms: list[tuple[int, int]]) -> Plates:
         corners = self.window.pixels(footprint_corners(layout.position, layout.yaw, layout.size))
         low, high = corners.min(axis=1), corners.max(axis=1)
-        fixed = layout.fixed
         width, height = self.size
         bounds = np.array([2, self._header + 2, width - 2, height - 2], dtype=np.float64)
-        avoid = np.hstack([low, high])[fixed]
+        avoid = np.vstack([np.hstack([low, high])[layout.fixed], self._crowded(layout), self._site_boxes()])
         anchor = self.window.pixels(layout.position[index])
         boxes = arrange(np.array(rooms), anchor, ((high - low) / 2)[index], avoid, bounds)
         return Plates(index, boxes, anchor)
+
+    def _crowded(self, layout: Layout) -> FloatArray:
+        """(C, 4) left, top, right, bottom of where animals crowd: before the doors that they come from.
+
+        In small boxes, for what is small is worth as much as what is large.
+        """
+        if not ground.is_farm(self.scene):
+            return np.zeros((0, 4))
+        fixed = layout.fixed
+        gate = door(layout.position[fixed], layout.yaw[fixed], layout.size[fixed])
+        out = direction(layout.yaw[fixed])
+        ahead, aside = (
+            _CROWD_STEP_M * np.array(steps) for steps in ((0.5, 1.5, 2.5, 3.5), (-1.5, -0.5, 0.5, 1.5))
+        )
+        across = out[:, ::-1] * np.array([1.0, -1.0])
+        places = (
+            gate[:, None, None]
+            + ahead[:, None, None] * out[:, None, None]
+            + aside[:, None] * across[:, None, None]
+        )
+        half = _CROWD_STEP_M / 2 * self.window.scale * np.array([-1.0, -1.0, 1.0, 1.0])
+        return np.tile(self.window.pixels(places.reshape(-1, 2)), 2) + half
+
+    def _site_boxes(self) -> FloatArray:
+        """(S, 4) left, top, right, bottom of the marks and names of the sites."""
+        places = self.window.pixels(self.scene.site_positions).reshape(-1, 2)
+        around = np.array([-5.0, -14.0, 20.0, 5.0]) * self.unit
+        return np.repeat(np.tile(places, 2) + around, _SITES_COUNT, axis=0)
 
     def _draw_background(self) -> Image:
         width, height = self.size
@@ -139,9 +176,8 @@ class TableFromAbove:
     def _draw_cells(self, image: Image) -> None:
         if not self.scene.sites:
             return
-        farm = ground.is_farm(self.scene)
-        tone = (232, 240, 214) if farm else (168, 158, 142)
-        ink, halo = (PAPER, (72, 104, 52)) if farm else (darker(tone, 0.45), ground.ROOM)
+        tone = (232, 240, 214) if ground.is_farm(self.scene) else _CELL_LINES
+        ink, _ = self._site_colours
         for cell in voronoi_cells(self.scene.site_positions, self.scene.size):
             if len(cell):
                 outline(image, self.window.pixels(cell), tone, 1)
@@ -151,8 +187,23 @@ class TableFromAbove:
             for dx, dy in ((reach, reach), (reach, -reach)):
                 ends = np.array([(x - dx, y - dy), (x + dx, y + dy)])
                 outline(image, ends, ink, 1, closed=False)
+
+    def _name_sites(self, image: Image, camera: Camera) -> None:
+        """Write the sites' names over whatever stands there; beside the player's head if that is on one."""
+        ink, halo = self._site_colours
+        for site in self.scene.sites:
             words = text_sprite(site.name, max(8, round(10 * self.unit)), ink, BOLD, halo)
-            paste(image, words.pixels, round(x + 4 * self.unit), round(y - 2 * self.unit) + words.top)
+            x, y = self.window.pixels(np.array([site.x, site.z])).tolist()
+            head = np.hypot(*(camera.position - (site.x, site.z))) < HEAD_RADIUS_M
+            aside, up = (32, 10) if head else (4, 2)
+            paste(image, words.pixels, round(x + aside * self.unit), round(y - up * self.unit) + words.top)
+
+    @cached_property
+    def _site_colours(self) -> tuple[Colour, Colour]:
+        """Of the letters, and around them."""
+        if ground.is_farm(self.scene):
+            return PAPER, (72, 104, 52)
+        return darker(_CELL_LINES, 0.45), ground.ROOM
 
     def _draw_things(self, image: Image, moment: Moment, frozen: bool) -> None:
         """What is alive around the buildings, the animals, in ice if they are frozen, and the buildings."""

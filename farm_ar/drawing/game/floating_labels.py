@@ -21,6 +21,9 @@ from farm_ar.scenes import Camera, Layout
 _LETTER_PX = 13
 """Height of the letters in a picture 480 high."""
 
+_LIFT_PX = 20.0
+"""How high labels float above their roofs, in a picture 480 high: the buildings behind stay in sight."""
+
 _LIGHT_ENOUGH = 0.74
 _GLASS: Colour = (22, 24, 30)
 _GLASS_ALPHA, _FRAME_ALPHA = 0.62, 0.9
@@ -59,7 +62,7 @@ class FloatingLabels:
         half = np.array([tag.pixels.shape[1] / 2 for tag in tags])
         middle = np.clip(roof[:, 0], half, np.maximum(image.shape[1] - half, half))
         line = float(_tag("", INK, letter).pixels.shape[0] + 1)
-        base = stack(middle, half, roof[:, 1] - 9 * unit, line, self._top + line, image.shape[0] - 4.0)
+        base = stack(middle, half, roof[:, 1] - _LIFT_PX * unit, line, self._top + line, image.shape[0] - 4.0)
         written = [k for k in range(len(index)) if not np.isnan(base[k])]
         begins = np.rint(np.stack([middle, np.nan_to_num(base)], axis=1)).astype(int).tolist()
         ends = np.rint(roof).astype(int).tolist()

@@ -8,6 +8,7 @@ from farm_ar.drawing.game import creatures
 from farm_ar.drawing.game.atlas import Atlas
 from farm_ar.drawing.game.colours import Image, label_colours
 from farm_ar.drawing.game.floating_labels import FloatingLabels
+from farm_ar.drawing.game.ghosts import draw_ghosts
 from farm_ar.drawing.game.header import draw_header, header_height
 from farm_ar.drawing.game.overlays import freeze, ice_block
 from farm_ar.drawing.game.perspective import upright_places, upright_scale
@@ -29,7 +30,8 @@ _ICE = ice_block(0.55 * creatures.LENGTH_M, 0.45 * creatures.LENGTH_M)
 class HeadsetView:
     """Draws moments of a game as the headset's camera sees them; equal moments give equal bytes.
 
-    It shows what the player sees: labels float where the game believes them, right or wrong.
+    It shows what the player sees: labels float where the game believes them, right or wrong. Besides, for
+    whoever watches, where an object is not where its label is believed, its outline stands there.
 
     Args:
         scene: the table.
@@ -67,6 +69,7 @@ class HeadsetView:
         self._draw_figures(image, away, moment, view, frozen)
         if frozen:
             freeze(image)
+        draw_ghosts(image, moment, view, self._colours)
         if moment.hand is not None:
             draw_hand_before_eyes(image, moment.hand, view)
         _dim_outside(image, moment.camera, view)

@@ -18,7 +18,7 @@ _FAR = 0.008
 """Distance from which belief and truth count as different, in diagonals of the table."""
 
 _TURNED = np.deg2rad(8.0)
-_HEAD_RADIUS_M = 0.05
+HEAD_RADIUS_M = 0.05
 _LEAST_HEAD_PX = 9.0
 
 
@@ -41,7 +41,7 @@ class CameraMark:
         pixels = self._wedge[1]
         tint_area(image, pixels, VIEW, 0.17)
         outline(image, pixels, VIEW, max(1, round(1.4 * unit)))
-        grown = max(1.0, _LEAST_HEAD_PX * unit / (_HEAD_RADIUS_M * window.scale))
+        grown = max(1.0, _LEAST_HEAD_PX * unit / (HEAD_RADIUS_M * window.scale))
         x, y = np.clip(window.pixels(camera.position), 0, [window.width, window.height]).tolist()
         paste_art(image, head(), x, y, round(grown * window.scale, 3), float(camera.yaw), step=1.0)
 
@@ -84,8 +84,13 @@ def draw_beliefs(image: Image, moment: Moment, window: Window, colours: tuple[Co
 
 def differs(moment: Moment) -> BoolArray:
     """(N,) labels that are wrong, or whose object is not where it is believed to be."""
+    return displaced(moment) | moment.wrong
+
+
+def displaced(moment: Moment) -> BoolArray:
+    """(N,) labels whose object is not where it is believed to be."""
     believed, truth = moment.believed, moment.truth
     apart = np.linalg.norm(believed.position - truth.position, axis=1)
     turned = np.abs(wrap(believed.yaw - truth.yaw))
     different: BoolArray = (apart > _FAR * moment.scene.diagonal) | (turned > _TURNED)
-    return different | moment.wrong
+    return different
