@@ -66,7 +66,9 @@ class TableFromAbove:
         self._camera = CameraMark(self.window)
         self._arranged: tuple[object, Plates] | None = None
 
-    def draw(self, moment: Moment, labels: bool = True, beliefs: bool = True) -> Image:
+    def draw(
+        self, moment: Moment, labels: bool = True, beliefs: bool = True, out: Image | None = None
+    ) -> Image:
         """The picture of a moment.
 
         Args:
@@ -74,11 +76,13 @@ class TableFromAbove:
             labels: whether anything is written: plates, the bar at the top, the score.
             beliefs: whether it shows what the game believes: plates stand where it believes the labels to be,
                 ghosts where that is not so, and what is wrong is red. Otherwise plates stand by the truth.
+            out: to draw on; a new picture by default.
 
         Returns:
             (H, W, 3) red, green, blue.
         """
-        image = self._background.copy()
+        image = np.empty_like(self._background) if out is None else out
+        np.copyto(image, self._background)
         frozen = moment.phase == "hand"
         self._draw_things(image, moment, frozen)
         if frozen:

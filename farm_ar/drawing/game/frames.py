@@ -37,6 +37,7 @@ class GameFrames:
         wide = 2 * round(pane * 2 / 3)
         self._above = TableFromAbove(scene, (wide, pane), header=False)
         self._headset = HeadsetView(scene, (pane, pane), header=False, scenery=self._above.scenery)
+        self._panes = [np.empty((pane, width, 3), np.uint8) for width in (wide, pane)]
         self.size = (wide + _GAP_PX + pane, height)
 
     def frame(self, moment: Moment, labels: bool = True, beliefs: bool = True) -> Image:
@@ -49,8 +50,8 @@ class GameFrames:
         """
         width, height = self.size
         frame = np.empty((height, width, 3), np.uint8)
-        above = self._above.draw(moment, labels, beliefs)
-        headset = self._headset.draw(moment)
+        above = self._above.draw(moment, labels, beliefs, self._panes[0])
+        headset = self._headset.draw(moment, self._panes[1])
         frame[:, above.shape[1] : above.shape[1] + _GAP_PX] = _GAP_COLOUR
         frame[self._bar :, : above.shape[1]] = above
         frame[self._bar :, above.shape[1] + _GAP_PX :] = headset

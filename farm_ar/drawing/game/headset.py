@@ -60,12 +60,18 @@ class HeadsetView:
         self._animals = np.array([self._facing_both_ways(i) for i in range(len(self._colours))], np.int64)
         self._ice = self._atlas.number(_ICE)
 
-    def draw(self, moment: Moment) -> Image:
-        """The picture of a moment, (H, W, 3) red, green, blue."""
+    def draw(self, moment: Moment, out: Image | None = None) -> Image:
+        """The picture of a moment, (H, W, 3) red, green, blue.
+
+        Args:
+            moment: of this drawer's scene.
+            out: to draw on; a new picture by default.
+        """
         width, height = self.size
+        image = np.empty((height, width, 3), np.uint8) if out is None else out
         view = Pinhole.of(moment.camera, width, height)
         frozen = moment.phase == "hand"
-        image, away = self._standing.draw(moment.camera, view, moment.truth)
+        away = self._standing.draw(image, moment.camera, view, moment.truth)
         self._draw_figures(image, away, moment, view, frozen)
         if frozen:
             freeze(image)

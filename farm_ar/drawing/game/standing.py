@@ -49,13 +49,14 @@ class StandingThings:
         self._key: tuple[bytes, ...] | None = None
         self._sprites: dict[int, Sprite | None] = {}
         self._drawn: Layout | None = None
-        self._room = self._image = np.zeros((height, width, 3), np.uint8)
+        self._room, self._image = np.zeros_like(self._floor), np.zeros_like(self._floor)
         self._away: Distances = np.zeros((height, width), np.float32)
 
-    def draw(self, camera: Camera, view: Pinhole, truth: Layout) -> tuple[Image, Distances]:
-        """The picture, (H, W, 3), and how far away what it shows is, (H, W) metres, infinite for the room.
+    def draw(self, image: Image, camera: Camera, view: Pinhole, truth: Layout) -> Distances:
+        """Draw the picture; (H, W) how far away what it shows is, metres, infinite for the room.
 
         Args:
+            image: (H, W, 3) to draw on.
             camera: the headset's.
             view: the same as a pinhole.
             truth: where everything really is.
@@ -64,15 +65,17 @@ class StandingThings:
         key = (*head, truth.position.tobytes(), truth.yaw.tobytes())
         if key != self._key:
             if self._key is None or self._key[: len(head)] != head:
-                self._room = self._draw_room(view)
+                self._draw_room(view)
                 self._drawn = None
-            self._image, self._away = self._draw_things(view, truth)
+            self._draw_things(view, truth)
             self._key = key
-        return self._image.copy(), self._away
+        np.copyto(image, self._image)
+        return self._away
 
-    def _draw_room(self, view: Pinhole) -> Image:
+    def _draw_room(self, view: Pinhole) -> None:
         """Wall, floor and the table top; in a room its four walls."""
-        image = self._floor.copy()
+        image = self._room
+        np.copyto(image, self._floor)
         height = image.shape[0]
         horizon = int(np.clip(np.floor(view.horizon), 0, height))
         image[:horizon] = self._wall[:horizon]
@@ -81,7 +84,7 @@ class StandingThings:
             draw_table_shadow(image, view, self.scene.size)
             draw_table_edges(image, view, self.scene.size)
         if horizon == height:
-            return image
+            return
         rows, columns = self._top.shape[:2]
         to_metres = np.array([[width_m / columns, 0, 0], [0, -depth_m / rows, depth_m], [0, 0, 1.0]])
         below = np.array([[1.0, 0, 0], [0, 1.0, -horizon], [0, 0, 1.0]])
@@ -96,12 +99,12 @@ class StandingThings:
         )
         if not self._farm:
             draw_walls(image, view, self.scene.size)
-        return image
 
-    def _draw_things(self, view: Pinhole, layout: Layout) -> tuple[Image, Distances]:
+    def _draw_things(self, view: Pinhole, layout: Layout) -> None:
         """The room with buildings, other things and scenery in it."""
-        image = self._room.copy()
-        away: Distances = np.full(image.shape[:2], np.inf, np.float32)
+        image, away = self._image, self._away
+        np.copyto(image, self._room)
+        away.fill(np.inf)
         feet = np.insert(layout.position, 1, layout.elevation, axis=1)
         distance = view.frame(feet)[:, 2]
         self._draw_moved(view, layout, feet)
@@ -111,7 +114,6 @@ class StandingThings:
                 paste_one_in_space(image, away, sprite, float(distance[i]))
         if self._scenery:
             self._draw_scenery(image, away, view)
-        return image, away
 
     def _draw_moved(self, view: Pinhole, layout: Layout, feet: FloatArray) -> None:
         """Draw anew what does not stand where it stood when it was drawn last."""
