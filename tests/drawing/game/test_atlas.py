@@ -7,7 +7,7 @@ import pytest
 from farm_ar.drawing.game import creatures
 from farm_ar.drawing.game.atlas import Atlas
 from farm_ar.drawing.game.overlays import tint_area
-from farm_ar.drawing.game.pixels import paste, paste_all, paste_in_space
+from farm_ar.drawing.game.pixels import _mix, _mix_pixel, paste, paste_all, paste_in_space
 from farm_ar.drawing.game.sprites import paste_art, sprite_of
 
 RED, BLUE = (220, 40, 40), (40, 60, 220)
@@ -110,3 +110,19 @@ def test_what_is_drawn_as_a_sprite_looks_as_if_it_were_drawn_directly():
     assert np.abs(direct.astype(int) - pasted).max() <= 2
     assert sprite.pixels.shape[0] < 50
     assert sprite_of(lambda image: None, 80, 60).pixels.shape == (1, 1, 4)
+
+
+@pytest.mark.parametrize("run", [_mix_pixel, _mix_pixel.py_func])
+def test_a_pixel_is_mixed_by_its_opacity_rounded_to_the_nearest(run):
+    for alpha in (0, 1, 100, 128, 254, 255):
+        below, above = np.array([9, 0, 100, 255], np.uint8), np.array([0, alpha, alpha // 2, alpha], np.uint8)
+        expected = [above[k] + round(int(below[k + 1]) * (255 - alpha) / 255) for k in range(3)]
+        run(below, 1, above, 0)
+        assert below.tolist() == [9, *(min(int(value), 255) for value in expected)]
+
+
+@pytest.mark.parametrize("run", [_mix, _mix.py_func])
+def test_a_colour_is_mixed_into_values_by_256ths(run):
+    values = np.array([0, 100, 255], np.uint8)
+    run(values, np.array([200 * 128] * 3, np.uint16), 128)
+    assert values.tolist() == [100, 150, 227]
