@@ -76,7 +76,7 @@ class Explanation:
             return f"{self.detection} is none of the labels{sure}{self._nearest()}."
         text = f"{self.detection} is {_moved(self.given)}"
         if self.runner_up is None:
-            return f"{text}; nothing else comes into question."
+            return f"{text}; without that label it would have none."
         text += f"; it could be {_moved(self.runner_up)}."
         gaps = {name: self.runner_up.terms[name] - value for name, value in self.given.terms.items()}
         for_it = [f"{name} (+{gap:.2f})" for name, gap in _largest(gaps) if gap > 0]
