@@ -292,6 +292,7 @@ def likelihood_table() -> Table:
         batch = SnapshotBatch.stack(snapshots)
         likelihood, spatial = LikelihoodReid(scene), SpatialReid(scene)
         costs = [spatial.cost_matrix(snapshot.detections) for snapshot in snapshots]
+        likelihood.identify(snapshots[0])  # which compiles it, if need be
         calls: dict[str, list[Callable[[], object]]] = {
             "spatial": [partial(spatial.identify, snapshot) for snapshot in snapshots],
             "one": [partial(likelihood.identify, snapshot) for snapshot in snapshots],
