@@ -379,7 +379,7 @@ def test_confidence_is_calibrated_where_the_noise_is_as_assumed():
 def test_in_plain_python_the_kernels_say_the_same(monkeypatch, make_scene, make_batch):
     rng = np.random.default_rng(8)
     scene = replace(make_scene(rng, objects=7), symmetry={"category 0": 0.0})
-    options = LikelihoodOptions(noise=SMALL, most_exact=7)
+    options = LikelihoodOptions(noise=SMALL, most_exact=7, occlusion=True)
     fov = FieldOfView(0.6, 0.6, 3.0, 0.4, 0.6)
     batch = make_batch(rng, scene, snapshots=3, most=7)
     camera = Camera(batch.camera.position, batch.camera.yaw, fov, np.full(3, 1.5), np.full(3, -0.4))
