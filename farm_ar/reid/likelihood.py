@@ -158,6 +158,18 @@ class LikelihoodReid:
             float(probability @ self._models.none_rate),
         )
 
+    def problem(self, snapshot: Snapshot) -> tuple[FloatArray, tuple[str | None, ...]]:
+        """(N, M + N) expected errors of each label and of each detection's being none; the columns' labels.
+
+        Raises:
+            SnapshotError: a detection's category is not one of the scene's.
+        """
+        probability = self.identify(snapshot).probability
+        assert probability is not None
+        n = len(probability)
+        none = np.where(np.eye(n, dtype=bool), 1 - probability[:, -1], np.inf)
+        return np.hstack([1 - probability[:, :-1], none]), (*self.scene.layout.labels, *[None] * n)
+
     def cost_terms(self, snapshot: Snapshot) -> dict[str, FloatArray]:
         """Terms that speak against each label for each detection, (N, M) each, by name; natural logarithms.
 

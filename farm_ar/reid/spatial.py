@@ -181,6 +181,22 @@ class SpatialReid:
 
         return Identification(labels, given, names, sites, widened, solve_time, assurance)
 
+    def problem(self, snapshot: Snapshot) -> tuple[FloatArray, tuple[str | None, ...]]:
+        """(N, K) costs of the labels considered, infinite where categories must agree but do not; names.
+
+        Raises:
+            SnapshotError: a detection's category is not one of the scene's.
+        """
+        seen = snapshot.detections
+        category = codes_of(seen.category, self._declared)
+        candidates, _, _ = self._candidates(snapshot.camera.position, category)
+        if candidates is None or self.options.certify:
+            candidates = np.arange(len(self.scene.layout))
+        cost = self.cost_matrix(seen, candidates)
+        if self.options.gate_categories:
+            cost[self._forbidden(category, candidates)] = np.inf
+        return cost, tuple([self.scene.layout.labels[j] for j in candidates.tolist()])
+
     def cost_terms(self, snapshot: Snapshot) -> dict[str, FloatArray]:
         """The terms of the cost, (N, M) each, by name; they sum to `cost_matrix`."""
         seen, layout = snapshot.detections, self.scene.layout
