@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -19,7 +20,7 @@ from farm_ar.reid.costs import (
     total_cost,
     translation_cost,
 )
-from farm_ar.reid.identification import Identification, IdentificationBatch
+from farm_ar.reid.identification import Assurance, Identification, IdentificationBatch
 from farm_ar.reid.pruning import sites_by_probability
 from farm_ar.reid.solvers import SOLVERS, UNASSIGNED, solve_assignment
 from farm_ar.scenes import UNKNOWN, Detections, Scene, Snapshot, SnapshotBatch, Weights
@@ -44,6 +45,9 @@ class SpatialOptions:
         box: "local" compares sizes before turning, as the paper's text says; "world" compares boxes along the
             world's axes with one template per category, as its published program does.
         solver: a name in `SOLVERS`.
+        certify: whether labels are added to those that the threshold keeps until the answer is proven to be
+            that with all labels. At threshold 1 it begins with those nearest to the detections. It solves by
+            itself, whatever the solver.
 
     Raises:
         OptionError: a value is out of its limits.
@@ -55,6 +59,7 @@ class SpatialOptions:
     gate_categories: bool = False
     box: Box = "local"
     solver: str = "lsap"
+    certify: bool = False
 
     def __post_init__(self) -> None:
         if not 0 <= self.threshold <= 1:
@@ -118,6 +123,8 @@ class SpatialReid:
         seen = snapshot.detections
         category = codes_of(seen.category, self._declared)
         candidates, sites, widened = self._candidates(snapshot.camera.position, category)
+        if self.options.certify:
+            return self._certify(seen, category, candidates, sites, widened)
         cost = self.cost_matrix(seen, candidates)
         if self.options.gate_categories:
             cost[self._forbidden(category, candidates)] = np.inf
@@ -132,7 +139,111 @@ class SpatialReid:
         given = cost[np.arange(len(seen)), column]
         if UNASSIGNED in columns:
             given[column == UNASSIGNED] = np.nan
-        return Identification(labels, given, names, sites, widened, solve_time)
+        assurance = partial(self._assure, seen, category, candidates, cost, column, names)
+        return Identification(labels, given, names, sites, widened, solve_time, assurance)
+
+    def _certify(
+        self,
+        seen: Detections,
+        category: list[int],
+        candidates: IntArray | None,
+        sites: tuple[str, ...],
+        widened: bool,
+    ) -> Identification:
+        """The answer with all labels, from the candidates and those that have to be added to prove it."""
+        from farm_ar.reid.certified_pruning import nearest_labels, solve_certified
+
+        layout = self.scene.layout
+        distance = translation_cost(seen.position, layout.position, self._diagonal)
+        bound = self._translation_weight * distance  # turning and sizes only add to it
+        start = nearest_labels(distance) if candidates is None else candidates
+
+        def cost_of(chosen: IntArray) -> FloatArray:
+            cost = self.cost_matrix(seen, chosen)
+            if self.options.gate_categories:
+                cost[self._forbidden(category, chosen)] = np.inf
+            return cost
+
+        begin = time.perf_counter()
+        label, cost, chosen = solve_certified(cost_of, bound, start)
+        solve_time = time.perf_counter() - begin
+        column = np.where(label == UNASSIGNED, UNASSIGNED, np.searchsorted(chosen, label))
+        given = np.full(len(seen), np.nan)
+        assigned = column != UNASSIGNED
+        given[assigned] = cost[assigned, column[assigned]]
+        names = tuple([layout.labels[j] for j in chosen.tolist()])
+        labels = tuple([None if j == UNASSIGNED else layout.labels[j] for j in label.tolist()])
+        widened = widened or (candidates is not None and len(chosen) > len(candidates))
+
+        def assurance() -> Assurance:
+            every = cost_of(np.arange(len(layout)))  # margins are over all labels, as the answer is
+            return self._assure(seen, category, None, every, label, layout.labels)
+
+        return Identification(labels, given, names, sites, widened, solve_time, assurance)
+
+    def problem(self, snapshot: Snapshot) -> tuple[FloatArray, tuple[str | None, ...]]:
+        """(N, K) costs of the labels considered, infinite where categories must agree but do not; names.
+
+        Raises:
+            SnapshotError: a detection's category is not one of the scene's.
+        """
+        seen = snapshot.detections
+        category = codes_of(seen.category, self._declared)
+        candidates, _, _ = self._candidates(snapshot.camera.position, category)
+        if candidates is None or self.options.certify:
+            candidates = np.arange(len(self.scene.layout))
+        cost = self.cost_matrix(seen, candidates)
+        if self.options.gate_categories:
+            cost[self._forbidden(category, candidates)] = np.inf
+        return cost, tuple([self.scene.layout.labels[j] for j in candidates.tolist()])
+
+    def cost_terms(self, snapshot: Snapshot) -> dict[str, FloatArray]:
+        """The terms of the cost, (N, M) each, by name; they sum to `cost_matrix`."""
+        seen, layout = snapshot.detections, self.scene.layout
+        translation = translation_cost(seen.position, layout.position, self._diagonal)
+        distance = self._translation_weight * translation
+        turn = self._rotation_weight * rotation_cost(seen.yaw, layout.yaw)
+        size = (self._dimension(seen, self._kind) - 1) * (distance + turn)
+        return {"distance": distance, "turn": turn, "size": size}
+
+    def _assure(
+        self,
+        seen: Detections,
+        category: list[int],
+        candidates: IntArray | None,
+        cost: FloatArray,
+        column: IntArray,
+        names: tuple[str, ...],
+    ) -> Assurance:
+        """How sure an answer is: worked out when it is first asked for, since few ask."""
+        from farm_ar.reid.certificates import certificate
+        from farm_ar.reid.margins import margins_and_runners_up
+
+        margin, other = margins_and_runners_up(cost, column)
+        m = len(self.scene.layout)
+        offered = np.ones(m, dtype=bool)
+        given = column
+        if candidates is not None:
+            offered = np.isin(np.arange(m), candidates)
+            given = np.where(column == UNASSIGNED, UNASSIGNED, candidates[column])
+        possible = np.ones((len(seen), m), dtype=bool)
+        if self.options.gate_categories:
+            possible = ~self._forbidden(category, None)
+        certified = None
+        if not self._world:  # whose sizes change as an object turns
+            certified = certificate(
+                seen,
+                self.scene.layout,
+                given.tolist(),
+                self._diagonal,
+                self._translation_weight,
+                self._rotation_weight,
+                np.broadcast_to(self._dimension(seen, self._kind), possible.shape),
+                possible,
+                offered,
+            )
+        runner_up = tuple([None if j == UNASSIGNED else names[j] for j in other.tolist()])
+        return Assurance(margin, runner_up, certified=certified)
 
     def cost_matrix(self, detections: Detections, candidates: IntArray | None = None) -> FloatArray:
         """(N, M) cost of each candidate label for each detection (Eq. 7); all labels by default."""
@@ -141,22 +252,29 @@ class SpatialReid:
         if candidates is not None:
             position, yaw = position.take(candidates, axis=0), yaw.take(candidates)
             kind = kind.take(candidates)
-        dimension = _NO_DIMENSION_COST
-        if self._compares_sizes:
-            sides = self._detected_sides(detections.size, detections.yaw)
-            dimension = dimension_cost_of_sides(sides, self._kind_sides).take(kind, axis=1)
         return total_cost(
             translation_cost(detections.position, position, self._diagonal),
             rotation_cost(detections.yaw, yaw),
-            dimension,
+            self._dimension(detections, kind),
             self._translation_weight,
             self._rotation_weight,
         )
 
-    def identify_many(self, batch: SnapshotBatch) -> IdentificationBatch:
+    def _dimension(self, detections: Detections, kind: IntArray) -> FloatArray:
+        """(N, M) dimension cost of labels of those kinds; (1, 1) where it does not count."""
+        if not self._compares_sizes:
+            return _NO_DIMENSION_COST
+        sides = self._detected_sides(detections.size, detections.yaw)
+        return dimension_cost_of_sides(sides, self._kind_sides).take(kind, axis=1)
+
+    def identify_many(self, batch: SnapshotBatch, margins: bool = False) -> IdentificationBatch:
         """The labels of the detections of many snapshots, by one compiled kernel.
 
         The answers are those of `identify`, whatever its solver; of several optimal ones it may be another.
+
+        Args:
+            batch: the snapshots.
+            margins: whether margins and runners-up are found too.
 
         Raises:
             SnapshotError: a detection's category is not one of the scene's.
@@ -194,15 +312,19 @@ class SpatialReid:
             rotation_weight=float(self._rotation_weight),
             compare_sizes=self._compares_sizes,
             gate=bool(self.options.gate_categories),
-            threshold=float(self.options.threshold),
+            threshold=1.0 if self.options.certify else float(self.options.threshold),
         )
         answer = Answer(
             label=np.empty(shape, dtype=np.int64),
             cost=np.empty(shape),
             candidates=np.empty(len(batch), dtype=np.int64),
             widened=np.empty(len(batch), dtype=np.bool_),
+            margin=np.full(shape if margins else (0, shape[1]), np.nan),
+            runner_up=np.full(shape if margins else (0, shape[1]), UNKNOWN),
         )
         identify_batch(seen, known, rule, answer)
+        if not margins:
+            answer = answer._replace(margin=np.full(shape, np.nan), runner_up=np.full(shape, UNKNOWN))
         return IdentificationBatch(layout.labels, *answer)
 
     def _candidates(
