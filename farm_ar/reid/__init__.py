@@ -9,9 +9,12 @@ from farm_ar.reid.identification import (
     IdentificationBatch,
     Reidentifier,
 )
+from farm_ar.reid.likelihood import LikelihoodReid, Posterior
+from farm_ar.reid.likelihood_options import LikelihoodOptions
 from farm_ar.reid.marginals import association_marginals
 from farm_ar.reid.metrics import accuracy, batch_accuracy
 from farm_ar.reid.motion_models import DetectionNoise, Motion, motion_log_density
+from farm_ar.reid.noise_prior import NoisePrior, Rates
 from farm_ar.reid.pruning import site_distance, site_probability, sites_by_probability, within_site
 from farm_ar.reid.solvers import SOLVERS, UNASSIGNED, solve_assignment
 from farm_ar.reid.spatial import TERMS, SpatialOptions, SpatialReid
@@ -28,8 +31,13 @@ __all__ = [
     "Identification",
     "IdentificationBatch",
     "LastKnownReid",
+    "LikelihoodOptions",
+    "LikelihoodReid",
     "Motion",
     "NearestReid",
+    "NoisePrior",
+    "Posterior",
+    "Rates",
     "Reidentifier",
     "SpatialOptions",
     "SpatialReid",

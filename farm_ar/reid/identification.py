@@ -14,32 +14,25 @@ from farm_ar.errors import SnapshotError
 from farm_ar.scenes import UNKNOWN, Snapshot
 
 
-@dataclass(frozen=True, eq=False)
-class Certificate(Record):
-    """The answer is right if no object moved more than this since the reference layout was known (T1, T3).
+@dataclass(frozen=True)
+class Certificate:
+    """The answer is right if every object has moved less than this since the reference layout was known.
 
-    Distances are those of D = w_t |shift| / l + w_r |sin(turn / 2)|, in which the paper's rule weighs them.
+    Distances are those of D = w_t |shift| / l + w_r |sin(turn / 2)|, by which the paper compares poses.
 
     Args:
-        radius: how far in D the object of each detection may have moved, (N,); 0 where nothing is certified.
-        metres: (N,) the same for one that only shifted.
-        degrees: (N,) the same for one that only turned; 180 where any turn is allowed.
-        theorem: "T1" or "T3", which proves it.
+        radius: how far in D; positive.
+        metres: how far for objects that shifted without turning; infinite where no shift counts.
+        degrees: how far for objects that turned where they stood; 180 where no turn is too much.
+        detections: the detections whose labels are certified.
+        theorem: what proves it.
     """
 
-    radius: FloatArray
-    metres: FloatArray
-    degrees: FloatArray
+    radius: float
+    metres: float
+    degrees: float
+    detections: tuple[int, ...]
     theorem: str = "T1"
-
-    def __post_init__(self) -> None:
-        for name in ("radius", "metres", "degrees"):
-            object.__setattr__(self, name, read_only(getattr(self, name), np.float64))
-
-    @property
-    def detections(self) -> IntArray:
-        """Which detections are certified."""
-        return np.flatnonzero(self.radius > 0)
 
 
 @dataclass(frozen=True, eq=False)

@@ -113,6 +113,15 @@ def components(weight: FloatArray, component: IntArray) -> int:
 
 
 @_compile
+def largest_component(component: IntArray, number: int) -> int:
+    """How many rows the largest of `number` components has."""
+    largest = 0
+    for c in range(number):
+        largest = max(largest, int(np.sum(component == c)))
+    return largest
+
+
+@_compile
 def exact_marginals(weight: FloatArray, none: FloatArray, probability: FloatArray) -> float:
     """Marginals by the dynamic programme; returns the evidence, 0 where there is no way.
 
