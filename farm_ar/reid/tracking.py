@@ -12,6 +12,8 @@ from farm_ar.arrays import FloatArray, IntArray, Record, read_only
 from farm_ar.errors import SnapshotError
 from farm_ar.reid.association import Association, associate, mean_yaw
 from farm_ar.reid.identification import Assurance, Identification, Reidentifier
+from farm_ar.reid.likelihood import LikelihoodReid
+from farm_ar.reid.relational import RelationalReid
 from farm_ar.reid.spatial import SpatialReid
 from farm_ar.scenes import UNKNOWN, Camera, Detections, Snapshot
 
@@ -147,6 +149,8 @@ def _alone(answer: Identification, snapshot: Snapshot) -> Tracking:
 def _identify(reid: Reidentifier, objects: Detections, cameras: Sequence[Camera]) -> Identification:
     if isinstance(reid, SequenceReidentifier):
         return reid.identify_objects(objects, cameras)
+    if isinstance(reid, LikelihoodReid):
+        return RelationalReid.without_relations(reid).identify_objects(objects, cameras)
     if isinstance(reid, SpatialReid) and reid.options.threshold < 1:
         # Its sites are those near one camera; objects seen from another must keep their labels.
         reid = type(reid)(reid.scene, replace(reid.options, threshold=1.0))
