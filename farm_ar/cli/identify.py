@@ -27,7 +27,10 @@ def identify(
         typer.Option(metavar="X,Z,YAW_DEG,FOV_DEG,RANGE_M", help="The camera; for a snapshot in CSV only."),
     ] = None,
     reid: Annotated[
-        str, typer.Option(metavar="RULE", help="spatial (the paper's), nearest, distance or last-known.")
+        str,
+        typer.Option(
+            metavar="RULE", help="spatial (the paper's), likelihood, nearest, distance or last-known."
+        ),
     ] = "spatial",
     threshold: Annotated[
         float | None,

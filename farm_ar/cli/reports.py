@@ -8,15 +8,19 @@ from typing import Any
 
 import numpy as np
 
-from farm_ar.reid import Identification
+from farm_ar.arrays import FloatArray
+from farm_ar.reid import Certificate, Identification
 from farm_ar.scenes import BUILTIN, Scene, Snapshot, builtin_scene
 from farm_ar.scenes.builtin import DESCRIPTIONS
 
 SCENE_COLUMNS = ("name", "what it is", "room", "area", "sites", "categories", "objects", "path")
 SCENE_NUMBERS = ("room", "area", "sites", "categories", "objects", "path")
 
-DETECTION_COLUMNS = ("detection", "category", "x", "z", "yaw_deg", "label", "cost")
-DETECTION_NUMBERS = ("x", "z", "yaw_deg", "cost")
+DETECTION_COLUMNS = (
+    *("detection", "category", "x", "z", "yaw_deg", "label"),
+    *("cost", "confidence", "margin", "runner_up"),
+)
+DETECTION_NUMBERS = ("x", "z", "yaw_deg", "cost", "confidence", "margin")
 
 
 def scene_rows() -> Iterator[tuple[str, ...]]:
@@ -58,6 +62,9 @@ def detection_rows(snapshot: Snapshot, found: Identification) -> Iterator[tuple[
             f"{yaw_deg:z.1f}",
             "none" if label is None else label,
             "none" if label is None else f"{found.cost[i]:.4f}",
+            _known(found.confidence[i], ".3f"),
+            _known(found.margin[i], ".4f"),
+            found.runner_up[i] or "none",
         )
 
 
@@ -71,8 +78,19 @@ def summarise(scene: Scene, found: Identification) -> Iterator[str]:
     else:
         near = f"{len(found.sites)} of {_count(len(scene.sites), 'site')} ({', '.join(found.sites)})"
         yield f"{considered}, from {near}"
+    if found.certified is not None:
+        yield f"Certified: right if every object moved less than {_limits(found.certified)}"
+    for warning in found.warnings:
+        yield f"Warning: {warning}"
     if found.widened:
         yield "Widened: the threshold left fewer labels than detections, so further sites were added"
+
+
+def _limits(certified: Certificate) -> str:
+    shift, turn = f"{certified.metres:.2f} m", f"{certified.degrees:.0f}°"
+    if not np.isfinite(certified.metres):
+        return turn
+    return shift if certified.degrees >= 180 else f"{shift}, or turned less than {turn}, or in between"
 
 
 def as_values(snapshot: Snapshot, found: Identification) -> dict[str, Any]:
@@ -80,13 +98,33 @@ def as_values(snapshot: Snapshot, found: Identification) -> dict[str, Any]:
     return {
         "ids": list(snapshot.detections.ids),
         "labels": list(found.labels),
-        "costs": [None if np.isnan(cost) else cost for cost in found.cost.tolist()],
+        "costs": _values(found.cost),
+        "confidence": _values(found.confidence),
+        "margins": _values(found.margin),
+        "runners_up": list(found.runner_up),
+        "certified": None if found.certified is None else _certificate(found.certified),
         "total": found.total,
         "candidates": list(found.candidates),
         "sites": list(found.sites),
         "widened": bool(found.widened),
         "solve_time_s": float(found.solve_time),
+        "warnings": list(found.warnings),
     }
+
+
+def _certificate(certified: Certificate) -> dict[str, Any]:
+    metres = certified.metres if np.isfinite(certified.metres) else None
+    return {"radius": certified.radius, "metres": metres, "degrees": certified.degrees}
+
+
+def _known(value: float, form: str) -> str:
+    """A number, or a dash where it is not known."""
+    return "-" if np.isnan(value) else f"{value:{form}}"
+
+
+def _values(numbers: FloatArray) -> list[float | None]:
+    """Numbers for JSON: null where not known or infinite."""
+    return [value if np.isfinite(value) else None for value in numbers.tolist()]
 
 
 def _room(scene: Scene) -> str:

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-EXPERIMENTS = ("all", "table1", "table2", "table3", "fig5", "fig7", "fig9")
+EXPERIMENTS = ("all", "table1", "table2", "table3", "fig5", "fig7", "fig9", "headroom")
 
 
 def reproduce(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from farm_ar.cli.inputs import numbers, refuse
 from farm_ar.errors import known_name
-from farm_ar.reid import BASELINES, Reidentifier, SpatialOptions, SpatialReid
+from farm_ar.reid import REIDENTIFIERS, Reidentifier, SpatialOptions, SpatialReid
 from farm_ar.scenes import Scene, Weights
 
 
@@ -22,11 +22,11 @@ def make_rule(
         OptionError: the rule is not known, or an option does not apply to it or has a wrong value.
         SceneError: the scene has no objects, or a weight is negative.
     """
-    known_name("--reid", name, ("spatial", *BASELINES))
-    if name in BASELINES:
+    known_name("--reid", name, REIDENTIFIERS)
+    if name != "spatial":
         given = {"--threshold": threshold, "--weights": weights, "--gate": gate, "--solver": solver}
         refuse(given.items(), f"with --reid {name}")
-        return BASELINES[name](scene)
+        return REIDENTIFIERS[name](scene)
     default = SpatialOptions()
     options = SpatialOptions(
         threshold=default.threshold if threshold is None else threshold,

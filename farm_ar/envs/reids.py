@@ -6,14 +6,9 @@ from typing import Any
 
 from farm_ar.errors import OptionError, known_name
 from farm_ar.game_logic.tracker import ReidFactory, spatial_by_category
-from farm_ar.reid import DistanceReid, LastKnownReid, NearestReid
+from farm_ar.reid import REIDENTIFIERS
 
-REIDS: dict[str, ReidFactory] = {
-    "spatial": spatial_by_category,
-    "nearest": NearestReid,
-    "distance": DistanceReid,
-    "last-known": LastKnownReid,
-}
+REIDS: dict[str, ReidFactory] = {**REIDENTIFIERS, "spatial": spatial_by_category}
 """The re-identifiers by name."""
 
 

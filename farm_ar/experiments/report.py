@@ -50,6 +50,7 @@ class Report:
         figure: in the paper's form.
         measured: rows of measured times, which no seed repeats; kept in a file of their own.
         note: what a reader must know to judge the comparison.
+        tables: further tables in Markdown.
     """
 
     name: str
@@ -59,6 +60,7 @@ class Report:
     figure: Figure
     measured: Sequence[Row] = ()
     note: str = ""
+    tables: str = ""
 
     def write(self, folder: Path) -> list[Path]:
         """Write the CSV, JSON and SVG files into a folder, each whole or not at all; returns their paths."""
@@ -81,6 +83,8 @@ class Report:
             lines += [self.note, ""]
         lines += ["| | paper | ours | spread |", "|---|---|---|---|"]
         lines += [f"| {c.what} | {c.paper} | {c.ours} | {c.spread} |" for c in self.comparisons]
+        if self.tables:
+            lines += ["", self.tables]
         lines += ["", f"Picture: [{self.name}.svg]({self.name}.svg)", ""]
         return "\n".join(lines)
 

@@ -16,11 +16,13 @@ from farm_ar.reid.metrics import accuracy, batch_accuracy
 from farm_ar.reid.motion_models import DetectionNoise, Motion, motion_log_density
 from farm_ar.reid.noise_prior import NoisePrior, Rates
 from farm_ar.reid.pruning import site_distance, site_probability, sites_by_probability, within_site
+from farm_ar.reid.registry import REIDENTIFIERS
 from farm_ar.reid.solvers import SOLVERS, UNASSIGNED, solve_assignment
 from farm_ar.reid.spatial import TERMS, SpatialOptions, SpatialReid
 
 __all__ = [
     "BASELINES",
+    "REIDENTIFIERS",
     "SOLVERS",
     "TERMS",
     "UNASSIGNED",

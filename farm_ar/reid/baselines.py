@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
+from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.errors import OptionError, SceneError
 from farm_ar.reid.categories import codes_of, declared_codes
+from farm_ar.reid.certificates import certificate
 from farm_ar.reid.costs import translation_cost
-from farm_ar.reid.identification import Identification, Reidentifier
+from farm_ar.reid.identification import Assurance, Identification, Reidentifier
 from farm_ar.reid.spatial import SpatialOptions, SpatialReid
-from farm_ar.scenes import Scene, Snapshot, Weights
+from farm_ar.scenes import Detections, Scene, Snapshot, Weights
 
 
 class NearestReid:
@@ -38,7 +41,31 @@ class NearestReid:
         cost = translation_cost(seen.position, layout.position, self.scene.diagonal)
         nearest = cost.argmin(axis=1)
         labels = tuple(layout.labels[j] for j in nearest)
-        return Identification(labels, cost[np.arange(len(seen)), nearest], layout.labels)
+        given = cost[np.arange(len(seen)), nearest]
+        return Identification(
+            labels, given, layout.labels, assurance=partial(self._assure, seen, cost, nearest)
+        )
+
+    def _assure(self, seen: Detections, cost: FloatArray, nearest: IntArray) -> Assurance:
+        """How much nearer each label is than the next one; what T1 proves holds for this rule too."""
+        layout, rows = self.scene.layout, np.arange(len(seen))
+        every = np.ones(cost.shape, dtype=bool)
+        certified = certificate(
+            seen,
+            layout,
+            nearest.tolist() if len(set(nearest.tolist())) == len(seen) else [],
+            self.scene.diagonal,
+            1.0,
+            0.0,
+            np.ones(cost.shape),
+            every,
+            np.ones(len(layout), dtype=bool),
+        )
+        others = cost.copy()
+        others[rows, nearest] = np.inf
+        second = others.argmin(axis=1)
+        runner_up = tuple(layout.labels[j] if len(layout) > 1 else None for j in second)
+        return Assurance(others[rows, second] - cost[rows, nearest], runner_up, certified=certified)
 
 
 class DistanceReid(SpatialReid):

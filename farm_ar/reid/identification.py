@@ -16,7 +16,9 @@ from farm_ar.scenes import UNKNOWN, Snapshot
 
 @dataclass(frozen=True)
 class Certificate:
-    """The answer is right if every object has moved less than this since the reference layout was known.
+    """The answer is right if every detection is of a label whose object has moved less than this.
+
+    That is: since the reference layout was known.
 
     Distances are those of D = w_t |shift| / l + w_r |sin(turn / 2)|, by which the paper compares poses.
 

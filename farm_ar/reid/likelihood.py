@@ -168,18 +168,18 @@ class LikelihoodReid:
         rows, shape = found.yaw.shape[0] if details else 0, found.yaw.shape
         labels, models = len(self._labels.yaw), len(self._models.log_prior)
         answer = Answer(
-            label=np.empty(shape, dtype=np.int64),
-            cost=np.empty(shape),
-            margin=np.empty(shape),
-            runner_up=np.empty(shape, dtype=np.int64),
-            confidence=np.empty(shape),
-            exact=np.empty(shape[0], dtype=np.bool_),
-            probability=np.empty((rows, shape[1], labels + 1)),
-            gone=np.empty((rows, labels)),
-            posterior=np.empty((rows, models)),
+            label=np.full(shape, UNKNOWN),
+            cost=np.full(shape, np.nan),
+            margin=np.full(shape, np.nan),
+            runner_up=np.full(shape, UNKNOWN),
+            confidence=np.full(shape, np.nan),
+            exact=np.zeros(shape[0], dtype=np.bool_),
+            probability=np.zeros((rows, shape[1], labels + 1)),
+            gone=np.zeros((rows, labels)),
+            posterior=np.zeros((rows, models)),
         )
         height = np.zeros(shape[0]) if cameras.height is None else cameras.height
-        eyes = Eyes(cameras.position, cameras.yaw, cameras.pitch, height)
+        eyes = Eyes(cameras.position, cameras.yaw, cameras.pitch, read_only(height, np.float64))
         identify_batch(
             self._labels,
             self._models,

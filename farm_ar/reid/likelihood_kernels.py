@@ -7,7 +7,7 @@ import math
 import numba
 import numpy as np
 
-from farm_ar.arrays import FloatArray
+from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.reid.kernels import assign
 from farm_ar.reid.likelihood_densities import (
     heading_density,
@@ -94,6 +94,17 @@ def weigh(
 
 
 @_compile
+def falling(value: FloatArray, order: IntArray) -> None:
+    """Fill in the order of the values from the greatest down."""
+    for k in range(len(value)):
+        place = k
+        while place > 0 and value[order[place - 1]] < value[k]:
+            order[place] = order[place - 1]
+            place -= 1
+        order[place] = k
+
+
+@_compile
 def models_that_count(
     labels: Labels,
     models: Models,
@@ -149,11 +160,17 @@ def models_that_count(
         scaled[k] += scale_rows(weight[k], none[k])
         bound[k] = scaled[k]
         for i in range(n):
-            bound[k] += math.log(none[k, i] + weight[k, i].sum())
-    best = -np.inf
+            reach = none[k, i]
+            for j in range(m):
+                reach += weight[k, i, j]
+            bound[k] += math.log(reach)
+    best: float = -np.inf
     to_row = np.empty((n, m))
+    order = np.empty(count, dtype=np.int64)
+    falling(bound, order)
     posterior[:] = -np.inf
-    for k in np.argsort(-bound):
+    for rank in range(count):
+        k = int(order[rank])
         if bound[k] < best - CUT:
             break
         if n <= CHEAP:
@@ -162,9 +179,12 @@ def models_that_count(
             to_row[:] = 1.0
             posterior[k] = scaled[k] + propagate(weight[k], none[k], each[k], to_row, 50, 1e-3)
         best = max(best, posterior[k])
+    total = 0.0
     for k in range(count):
         posterior[k] = math.exp(posterior[k] - best)
-    posterior /= posterior.sum()
+        total += posterior[k]
+    for k in range(count):
+        posterior[k] /= total
 
 
 @_compile
@@ -175,12 +195,14 @@ def make_exact(
 
     Returns whether the marginals of the most probable model are exact.
     """
-    _, n, m = weight.shape
+    count, n, m = weight.shape
     if n <= CHEAP:
         return True
-    component = np.empty(n, dtype=np.int64)
+    component, order = np.empty(n, dtype=np.int64), np.empty(count, dtype=np.int64)
+    falling(posterior, order)
     covered, work, exact = 0.0, 0.0, False
-    for k in np.argsort(-posterior):
+    for rank in range(count):
+        k = int(order[rank])
         if covered >= COVER or (covered > 0.0 and work > WORK):
             break
         number = components(weight[k], component)
@@ -237,11 +259,8 @@ def identify_batch(
     most_exact: int,
     answer: Answer,
 ) -> None:
-    """Identify B snapshots; fills the answer."""
+    """Identify B snapshots; fills in the answer, which comes filled with nothing."""
     count, m = len(models.log_prior), len(labels.yaw)
-    answer.label[:] = UNKNOWN
-    answer.runner_up[:] = UNKNOWN
-    answer.cost[:], answer.margin[:], answer.confidence[:] = np.nan, np.nan, np.nan
     for b in range(len(found.number)):
         n = found.number[b]
         weight, none, unseen = np.empty((count, n, m)), np.empty((count, n)), np.empty((count, m))
@@ -253,13 +272,18 @@ def identify_batch(
         probability = np.zeros((n, m + 1))
         for k in range(count):
             if posterior[k] > 0.0:
-                probability += posterior[k] * each[k]
+                for i in range(n):
+                    for j in range(m + 1):
+                        probability[i, j] += posterior[k] * each[k, i, j]
         decide(probability, least, answer, b)
         if len(answer.probability):
-            answer.probability[b, :n] = probability
-            answer.posterior[b] = posterior
-            for j in range(m):
-                answer.gone[b, j] = 0.0
-                for k in range(count):
-                    absent = 1.0 - each[k, :, j].sum()
+            for j in range(m + 1):
+                for i in range(n):
+                    answer.probability[b, i, j] = probability[i, j]
+            for k in range(count):
+                answer.posterior[b, k] = posterior[k]
+                for j in range(m):
+                    absent = 1.0
+                    for i in range(n):
+                        absent -= each[k, i, j]
                     answer.gone[b, j] += posterior[k] * absent * detecting.gone_rate / unseen[k, j]

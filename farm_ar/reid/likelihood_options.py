@@ -51,7 +51,7 @@ class LikelihoodOptions:
     size_sd: float = 0.05
     confusion: float = 0.001
     walls: bool = True
-    occlusion: bool = False
+    occlusion: bool = True
     min_confidence: float = 0.0
     most_exact: int = MOST_EXACT
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from farm_ar.arrays import BoolArray, FloatArray, IntArray
+from farm_ar.arrays import FloatArray, IntArray
 
 MOST_EXACT = 12
 """Detections, of one component, up to which marginals are exact."""
@@ -115,9 +115,11 @@ def components(weight: FloatArray, component: IntArray) -> int:
 @_compile
 def largest_component(component: IntArray, number: int) -> int:
     """How many rows the largest of `number` components has."""
+    size = np.zeros(number, dtype=np.int64)
     largest = 0
-    for c in range(number):
-        largest = max(largest, int(np.sum(component == c)))
+    for c in component:
+        size[c] += 1
+        largest = max(largest, int(size[c]))
     return largest
 
 
@@ -144,7 +146,8 @@ def exact_marginals(weight: FloatArray, none: FloatArray, probability: FloatArra
             forward[0, half + s] = forward[0, s] * none[i]
     for j in range(m):
         old, new = forward[j], forward[j + 1]
-        new[:] = old
+        for s in range(subsets):
+            new[s] = old[s]
         for i in range(n):
             w, half = weight[i, j], 1 << i
             if w > 0.0:
@@ -157,10 +160,10 @@ def exact_marginals(weight: FloatArray, none: FloatArray, probability: FloatArra
         return 0.0
     backward = np.zeros(subsets)
     backward[subsets - 1] = 1.0
-    earlier = np.empty(subsets)
+    earlier = np.zeros(subsets)
+    earlier[subsets - 1] = 1.0
     for j in range(m - 1, -1, -1):
         old = forward[j]
-        earlier[:] = backward
         for i in range(n):
             w, half = weight[i, j], 1 << i
             if w > 0.0:
@@ -170,9 +173,13 @@ def exact_marginals(weight: FloatArray, none: FloatArray, probability: FloatArra
                         shared += old[s] * backward[s + half]
                         earlier[s] += w * backward[s + half]
                 probability[i, j] = w * shared / total
-        backward[:] = earlier
+        for s in range(subsets):
+            backward[s] = earlier[s]
     for i in range(n):
-        probability[i, m] = max(0.0, 1.0 - probability[i, :m].sum())
+        rest = 1.0
+        for j in range(m):
+            rest -= probability[i, j]
+        probability[i, m] = max(0.0, rest)
     return total
 
 
@@ -249,33 +256,43 @@ def marginals_by_component(
     number = components(weight, component)
     probability[:] = 0.0
     exact = True
+    rows, columns = np.empty(n, dtype=np.int64), np.empty(m, dtype=np.int64)
     for c in range(number):
-        rows = np.flatnonzero(component == c)
-        columns = np.flatnonzero(_used(weight, rows))
-        part = np.empty((len(rows), len(columns)))
-        for a in range(len(rows)):
-            for b in range(len(columns)):
+        height, width = _part(weight, component, c, rows, columns)
+        part, rest = np.empty((height, width)), np.empty(height)
+        for a in range(height):
+            rest[a] = none[rows[a]]
+            for b in range(width):
                 part[a, b] = weight[rows[a], columns[b]]
-        found = np.zeros((len(rows), len(columns) + 1))
-        if len(rows) <= most_exact:
-            total = exact_marginals(part, none[rows], found)
+        found = np.zeros((height, width + 1))
+        if height <= most_exact:
+            total = exact_marginals(part, rest, found)
             log_evidence += np.log(total) if total > 0.0 else -np.inf
         else:
             exact = False
-            log_evidence += propagate(part, none[rows], found, np.ones(part.shape), 200, 1e-9)
-        for a in range(len(rows)):
-            probability[rows[a], m] = found[a, len(columns)]
-            for b in range(len(columns)):
+            log_evidence += propagate(part, rest, found, np.ones((height, width)), 200, 1e-9)
+        for a in range(height):
+            probability[rows[a], m] = found[a, width]
+            for b in range(width):
                 probability[rows[a], columns[b]] = found[a, b]
     return log_evidence, exact
 
 
 @_compile
-def _used(weight: FloatArray, rows: IntArray) -> BoolArray:
-    """(M,) the columns that one of the rows has a weight for."""
-    used = np.zeros(weight.shape[1], dtype=np.bool_)
-    for i in rows:
-        for j in range(weight.shape[1]):
-            if weight[i, j] > 0.0:
-                used[j] = True
-    return used
+def _part(
+    weight: FloatArray, component: IntArray, number: int, rows: IntArray, columns: IntArray
+) -> tuple[int, int]:
+    """Fill in the rows of a component and the columns they have a weight for; returns how many of each."""
+    height, width = 0, 0
+    for i in range(len(component)):
+        if component[i] == number:
+            rows[height] = i
+            height += 1
+    for j in range(weight.shape[1]):
+        used = False
+        for a in range(height):
+            used = used or weight[rows[a], j] > 0.0
+        if used:
+            columns[width] = j
+            width += 1
+    return height, width

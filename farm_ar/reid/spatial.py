@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -19,7 +20,7 @@ from farm_ar.reid.costs import (
     total_cost,
     translation_cost,
 )
-from farm_ar.reid.identification import Identification, IdentificationBatch
+from farm_ar.reid.identification import Assurance, Identification, IdentificationBatch
 from farm_ar.reid.pruning import sites_by_probability
 from farm_ar.reid.solvers import SOLVERS, UNASSIGNED, solve_assignment
 from farm_ar.scenes import UNKNOWN, Detections, Scene, Snapshot, SnapshotBatch, Weights
@@ -132,7 +133,47 @@ class SpatialReid:
         given = cost[np.arange(len(seen)), column]
         if UNASSIGNED in columns:
             given[column == UNASSIGNED] = np.nan
-        return Identification(labels, given, names, sites, widened, solve_time)
+        assurance = partial(self._assure, seen, category, candidates, cost, column, names)
+        return Identification(labels, given, names, sites, widened, solve_time, assurance)
+
+    def _assure(
+        self,
+        seen: Detections,
+        category: list[int],
+        candidates: IntArray | None,
+        cost: FloatArray,
+        column: IntArray,
+        names: tuple[str, ...],
+    ) -> Assurance:
+        """How sure an answer is: worked out when it is first asked for, since few ask."""
+        from farm_ar.reid.certificates import certificate
+        from farm_ar.reid.margins import margins_and_runners_up
+
+        margin, other = margins_and_runners_up(cost, column)
+        m = len(self.scene.layout)
+        offered = np.ones(m, dtype=bool)
+        given = column
+        if candidates is not None:
+            offered = np.isin(np.arange(m), candidates)
+            given = np.where(column == UNASSIGNED, UNASSIGNED, candidates[column])
+        possible = np.ones((len(seen), m), dtype=bool)
+        if self.options.gate_categories:
+            possible = ~self._forbidden(category, None)
+        certified = None
+        if not self._world:  # whose sizes change as an object turns
+            certified = certificate(
+                seen,
+                self.scene.layout,
+                given.tolist(),
+                self._diagonal,
+                self._translation_weight,
+                self._rotation_weight,
+                np.broadcast_to(self._dimension(seen, self._kind), possible.shape),
+                possible,
+                offered,
+            )
+        runner_up = tuple([None if j == UNASSIGNED else names[j] for j in other.tolist()])
+        return Assurance(margin, runner_up, certified=certified)
 
     def cost_matrix(self, detections: Detections, candidates: IntArray | None = None) -> FloatArray:
         """(N, M) cost of each candidate label for each detection (Eq. 7); all labels by default."""
@@ -141,17 +182,20 @@ class SpatialReid:
         if candidates is not None:
             position, yaw = position.take(candidates, axis=0), yaw.take(candidates)
             kind = kind.take(candidates)
-        dimension = _NO_DIMENSION_COST
-        if self._compares_sizes:
-            sides = self._detected_sides(detections.size, detections.yaw)
-            dimension = dimension_cost_of_sides(sides, self._kind_sides).take(kind, axis=1)
         return total_cost(
             translation_cost(detections.position, position, self._diagonal),
             rotation_cost(detections.yaw, yaw),
-            dimension,
+            self._dimension(detections, kind),
             self._translation_weight,
             self._rotation_weight,
         )
+
+    def _dimension(self, detections: Detections, kind: IntArray) -> FloatArray:
+        """(N, M) dimension cost of labels of those kinds; (1, 1) where it does not count."""
+        if not self._compares_sizes:
+            return _NO_DIMENSION_COST
+        sides = self._detected_sides(detections.size, detections.yaw)
+        return dimension_cost_of_sides(sides, self._kind_sides).take(kind, axis=1)
 
     def identify_many(self, batch: SnapshotBatch) -> IdentificationBatch:
         """The labels of the detections of many snapshots, by one compiled kernel.

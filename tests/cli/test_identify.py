@@ -1,10 +1,19 @@
 import json
 import xml.etree.ElementTree as ET
 
+import numpy as np
 import pytest
 
-from farm_ar.reid import DistanceReid, LastKnownReid, NearestReid, SpatialOptions, SpatialReid
-from farm_ar.scenes import Weights, load_scene, load_snapshot
+from farm_ar.reid import (
+    REIDENTIFIERS,
+    DistanceReid,
+    LastKnownReid,
+    LikelihoodReid,
+    NearestReid,
+    SpatialOptions,
+    SpatialReid,
+)
+from farm_ar.scenes import Camera, Weights, load_scene, load_snapshot, observe, save_snapshot
 
 CSV_CAMERA = ("--camera", "3.6,0.3,-45,90,4")
 
@@ -24,6 +33,16 @@ def expected(found, seen):
         "ids": list(seen.detections.ids),
         "labels": list(found.labels),
         "costs": [None if cost != cost else cost for cost in found.cost.tolist()],
+        "confidence": [None if value != value else value for value in found.confidence.tolist()],
+        "margins": [None if value != value else value for value in found.margin.tolist()],
+        "runners_up": list(found.runner_up),
+        "certified": found.certified
+        and {
+            "radius": found.certified.radius,
+            "metres": found.certified.metres,
+            "degrees": found.certified.degrees,
+        },
+        "warnings": list(found.warnings),
         "total": found.total,
         "candidates": list(found.candidates),
         "sites": list(found.sites),
@@ -33,12 +52,15 @@ def expected(found, seen):
 
 def test_the_table_gives_each_detection_its_label_and_cost(run, before, seen):
     lines = run("identify", "--scene", before, "--snapshot", seen).stdout.splitlines()
-    assert lines[0].split() == ["detection", "category", "x", "z", "yaw_deg", "label", "cost"]
+    columns = ["detection", "category", "x", "z", "yaw_deg", "label"]
+    assert lines[0].split() == [*columns, "cost", "confidence", "margin", "runner_up"]
     rows = [line.split() for line in lines[2:8]]
     assert rows[0][:6] == ["d1", "chair", "2.70", "1.90", "110.0", "dan"]
     assert [row[0] for row in rows] == ["d1", "d2", "d3", "d4", "d5", "d6"]
     found = SpatialReid(load_scene(before)).identify(load_snapshot(seen))
-    assert [row[-1] for row in rows] == [f"{cost:.4f}" for cost in found.cost]
+    known = [line for line in map(str.split, lines[2:8]) if line[1] == "chair"]
+    margins = {f"{cost:.4f}": f"{margin:.4f}" for cost, margin in zip(found.cost, found.margin, strict=True)}
+    assert all(margins[row[6]] == row[8] and row[7] == "-" for row in known)
     assert lines[8:] == [
         f"Identified: 6 of 6 detections, total cost {found.total:.4f}",
         "Candidates: 9 of 9 labels, nothing pruned",
@@ -47,9 +69,30 @@ def test_the_table_gives_each_detection_its_label_and_cost(run, before, seen):
 
 def test_an_unidentified_detection_has_neither_label_nor_cost(run, before, seen):
     lines = run("identify", "--scene", before, "--snapshot", seen, "--reid", "last-known").stdout.splitlines()
-    assert lines[2].split()[-2:] == ["none", "none"]
-    assert lines[4].split()[-3:] == ["long", "table", "0.0000"]
+    assert lines[2].split()[-5:] == ["none", "none", "-", "-", "none"]
+    assert lines[4].split()[-6:] == ["long", "table", "0.0000", "-", "-", "none"]
     assert lines[8] == "Identified: 1 of 6 detections, total cost 0.0000"
+
+
+def test_the_likelihood_says_how_sure_it_is(run, identify, before, seen):
+    answer = identify("--reid", "likelihood")
+    found = LikelihoodReid(load_scene(before)).identify(load_snapshot(seen))
+    del answer["solve_time_s"]
+    assert answer == expected(found, load_snapshot(seen))
+    lines = run("identify", "--scene", before, "--snapshot", seen, "--reid", "likelihood").stdout.splitlines()
+    numbers = [line.split() for line in lines[2:8] if line.split()[1] == "chair"]
+    shown = {f"{sure:.3f} {margin:.4f}" for sure, margin in zip(found.confidence, found.margin, strict=True)}
+    assert all(f"{row[7]} {row[8]}" in shown for row in numbers)
+
+
+def test_what_is_certified_is_told(run, before, tmp_path):
+    scene = load_scene(before)
+    snapshot, _ = observe(scene.layout, Camera(np.array([3.6, 0.3]), np.array(-0.8)))
+    save_snapshot(snapshot, tmp_path / "still.json")
+    output = run("identify", "--scene", before, "--snapshot", tmp_path / "still.json").stdout
+    found = SpatialReid(scene).identify(snapshot)
+    assert found.certified is not None
+    assert f"Certified: right if every object moved less than {found.certified.metres:.2f} m, or " in output
 
 
 def test_pruning_and_widening_are_told(run, before, seen):
@@ -156,7 +199,7 @@ def test_plot_leaves_json_alone(identify, tmp_path):
     [
         (
             ["--reid", "guess"],
-            "OptionError: --reid: must be one of distance, last-known, nearest, spatial, got 'guess'",
+            f"OptionError: --reid: must be one of {', '.join(sorted(REIDENTIFIERS))}, got 'guess'",
         ),
         (
             ["--reid", "nearest", "--threshold", ".5"],

@@ -22,7 +22,7 @@ ARGUMENTS = [
     ("observation", "sound", "pixels, state"),
     ("knowledge", "grey-box", "black-box, white-box"),
     ("reward", "fame", "endpoint, identity, margin, miscount"),
-    ("reid", "magic", "distance, last-known, nearest, spatial"),
+    ("reid", "magic", "distance, last-known, likelihood, nearest"),
     ("reid", 7, "a function from a Scene to a Reidentifier"),
     ("perception", "nose", "oracle"),
     ("perception", OraclePerception, "a Perception"),

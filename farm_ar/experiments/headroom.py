@@ -1,0 +1,152 @@
+"""How much better than the paper's rule one can do: every rule on the same snapshots, and the bound."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from farm_ar.arrays import FloatArray
+from farm_ar.experiments.headroom_report import BOUND, JITTER, PAPER_RULE, report_of
+from farm_ar.experiments.patterns import PATTERNS, Case, jitter
+from farm_ar.experiments.report import Report, Row
+from farm_ar.experiments.setting import SCENES, Setting, mean_and_sd, mean_per_layout
+from farm_ar.reid import (
+    REIDENTIFIERS,
+    IdentificationBatch,
+    LikelihoodOptions,
+    LikelihoodReid,
+    Reidentifier,
+    SpatialOptions,
+    SpatialReid,
+    batch_accuracy,
+)
+from farm_ar.scenes import UNKNOWN, LayoutNoise, Scene, SnapshotBatch
+
+TRANSLATIONS = (0.1, 0.3, 0.5, 1.0)
+ROTATIONS = (15, 30, 60, 120)
+BINS = 50
+"""Of confidence, 0 to 1."""
+
+RULES: dict[str, Callable[[Scene], Reidentifier]] = {
+    PAPER_RULE: SpatialReid,
+    "paper, categories agree": lambda scene: SpatialReid(scene, SpatialOptions(gate_categories=True)),
+    **{name: make for name, make in REIDENTIFIERS.items() if name != "spatial"},
+}
+"""What is compared. The bound comes with every unit whose noise a model describes."""
+
+
+class Unit(NamedTuple):
+    """One piece of the experiment: a scene and a pattern; for jitter its SDs in metres and degrees."""
+
+    scene: str
+    pattern: str
+    translation: float = 0.0
+    rotation: int = 0
+
+
+def units(quick: bool = False) -> list[Unit]:
+    """All pieces: the table's cells, then the patterns."""
+    rotations = ROTATIONS[1::2] if quick else ROTATIONS
+    cells = [Unit(s, JITTER, t, r) for s in SCENES for t in TRANSLATIONS for r in rotations]
+    return cells + [Unit(s, pattern) for s in SCENES for pattern in PATTERNS]
+
+
+def run_unit(
+    unit: Unit,
+    scene: Scene,
+    layouts: int,
+    rng: np.random.Generator,
+    rules: Mapping[str, Callable[[Scene], Reidentifier]] = RULES,
+) -> list[Row]:
+    """A row for each rule: its accuracy, and how many answers of each confidence were right.
+
+    Args:
+        unit: what to run.
+        scene: the unit's scene.
+        layouts: how many noisy layouts, each seen along the whole path.
+        rng: where the randomness comes from; all rules get the same snapshots.
+        rules: makes each rule, by name.
+    """
+    if unit.pattern == JITTER:
+        case = jitter(scene, LayoutNoise.of(unit.translation, unit.rotation), layouts, rng)
+    else:
+        case = PATTERNS[unit.pattern](scene, layouts, rng)
+    reids = {name: make(scene) for name, make in rules.items()}
+    if case.noise is not None:
+        reids[BOUND] = LikelihoodReid(scene, LikelihoodOptions(noise=case.noise, rates=(case.rates,)))
+    return [
+        _row(unit, name, identify_all(reid, case.snapshots), case, layouts) for name, reid in reids.items()
+    ]
+
+
+def identify_all(reid: Reidentifier, batch: SnapshotBatch) -> IdentificationBatch:
+    """The answers of a rule to many snapshots, one by one where it has no batched form."""
+    many = getattr(reid, "identify_many", None)
+    if many is not None:
+        found: IdentificationBatch = many(batch)
+        return found
+    answers = [reid.identify(batch.snapshot(b)) for b in range(len(batch))]
+    names = answers[0].candidates if answers else ()
+    index = {name: j for j, name in enumerate(names)} | {None: UNKNOWN}
+    label, cost = np.full(batch.yaw.shape, UNKNOWN), np.full(batch.yaw.shape, np.nan)
+    confidence = np.full(batch.yaw.shape, np.nan)
+    for b, answer in enumerate(answers):
+        n = len(answer.labels)
+        label[b, :n] = [index[name] for name in answer.labels]
+        cost[b, :n], confidence[b, :n] = answer.cost, answer.confidence
+    every = np.full(len(batch), len(names))
+    return IdentificationBatch(names, label, cost, every, np.zeros(len(batch), bool), confidence=confidence)
+
+
+def _row(unit: Unit, rule: str, found: IdentificationBatch, case: Case, layouts: int) -> Row:
+    batch = case.snapshots
+    assert batch.truth is not None
+    accuracy = batch_accuracy(found.label, batch.truth, batch.count)
+    mean, _ = mean_and_sd(accuracy)
+    _, sd_of_layouts = mean_and_sd(mean_per_layout(accuracy.reshape(layouts, -1)))
+    exists = np.arange(batch.yaw.shape[1]) < batch.count[:, None]
+    right = (found.label == batch.truth)[exists]
+    row: dict[str, str | int | float | None] = {
+        "scene": unit.scene,
+        "pattern": unit.pattern,
+        "translation_sd_m": unit.translation,
+        "rotation_sd_deg": unit.rotation,
+        "rule": rule,
+        "accuracy": mean,
+        "sd_of_layout_means": sd_of_layouts,
+        "layouts": layouts,
+        "detections": int(exists.sum()),
+    }
+    return row | _by_confidence(found.confidence[exists], right)
+
+
+def _by_confidence(confidence: FloatArray, right: FloatArray) -> dict[str, str | int | float | None]:
+    """How many answers there are in each bin of confidence, their mean confidence, and how many are right.
+
+    Three lists of numbers in text, so that a row stays a row; empty where the rule does not say.
+    """
+    if not len(confidence) or np.isnan(confidence).all():
+        return {"answers": "", "sure": "", "right": ""}
+    which = np.minimum((confidence * BINS).astype(int), BINS - 1)
+    count = np.bincount(which, minlength=BINS)
+    sure = np.bincount(which, confidence, minlength=BINS)
+    correct = np.bincount(which, right, minlength=BINS).astype(int)
+    return {
+        "answers": " ".join(map(str, count)),
+        "sure": " ".join(f"{value:.4f}" for value in sure),
+        "right": " ".join(map(str, correct)),
+    }
+
+
+def headroom(setting: Setting) -> Report:
+    """Every rule in every cell of the table and under every pattern."""
+
+    def work(unit: Unit) -> list[Row]:
+        index = (SCENES.index(unit.scene), [JITTER, *PATTERNS].index(unit.pattern))
+        rng = setting.rng(4, *index, round(unit.translation * 10), unit.rotation)
+        return run_unit(unit, setting.scenes[unit.scene], setting.layouts, rng)
+
+    rows = [row for _, some in setting.each(units(setting.quick), work) for row in some]
+    return report_of(rows, setting.layouts)

@@ -1,0 +1,228 @@
+"""What the rows of the head-room experiment say: tables, calibration, and the figure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from farm_ar.arrays import FloatArray
+from farm_ar.experiments.report import (
+    OTHER,
+    OURS,
+    PAPER,
+    TEXT_SIZE,
+    Comparison,
+    Report,
+    Row,
+    new_figure,
+    set_up_chart,
+)
+
+JITTER, PAPER_RULE, MAIN_RULE, BOUND = "jitter", "paper", "likelihood", "bound: noise known"
+RELIABILITY_BINS = 10
+SUREST = 0.8
+"""Share of the answers whose accuracy is told apart: those of which the rule is surest."""
+
+_COLOURS = (PAPER, "#777777", OURS, "#5a9a68", "#8b5fa8", "#b3554f", "#4fa3a5")
+
+
+def report_of(rows: Sequence[Row], layouts: int) -> Report:
+    """The report of all rows of `run_unit`."""
+    sure = [rule for rule in rules_of(rows) if answers_by_confidence(rows, rule, None)[0].any()]
+    worst, where = worst_cell(rows, MAIN_RULE)
+    table = (JITTER,)
+    comparisons = [
+        Comparison(
+            "mean accuracy over the table, noise unknown",
+            f"{mean_accuracy(rows, PAPER_RULE):.4f}",
+            f"{mean_accuracy(rows, MAIN_RULE):.4f}",
+            f"noise known: {mean_accuracy(rows, BOUND):.4f}; goal .83",
+        ),
+        Comparison("the cell where it gains least", "", f"{worst:+.3f}", f"{where}; goal not below -.02"),
+        Comparison(
+            "expected calibration error over the table",
+            "",
+            f"{calibration_error(rows, MAIN_RULE, table):.3f}",
+            "goal at most .05",
+        ),
+        Comparison(
+            f"accuracy of the {SUREST:.0%} of the answers it is surest of",
+            "",
+            f"{accuracy_of_surest(rows, MAIN_RULE, table):.3f}",
+            "over the table",
+        ),
+    ]
+    return Report(
+        "headroom",
+        f"Head-room: every rule on the same snapshots, {layouts} layouts",
+        rows,
+        comparisons,
+        _figure(rows, sure),
+        note="In the column of the paper stands the paper's rule, run here. The table is T .1 .3 .5 1 by "
+        "R 15 30 60 120 by six scenes.",
+        tables=tables(rows),
+    )
+
+
+def rules_of(rows: Sequence[Row]) -> list[str]:
+    """The rules in the order of the rows, the bound last."""
+    names = list(dict.fromkeys(str(row["rule"]) for row in rows))
+    return [name for name in names if name != BOUND] + [name for name in names if name == BOUND]
+
+
+def mean_accuracy(rows: Sequence[Row], rule: str, **only: Any) -> float:
+    """Mean over the scenes and noise levels of a rule's rows, of the table unless `pattern` says else."""
+    only = {"pattern": JITTER, **only}
+    wanted = [r for r in rows if r["rule"] == rule and all(r[key] == value for key, value in only.items())]
+    return float(np.mean([float(r["accuracy"] or 0.0) for r in wanted])) if wanted else float("nan")
+
+
+def worst_cell(rows: Sequence[Row], rule: str) -> tuple[float, str]:
+    """The least gain over the paper's rule of all pairs T, R (means over the scenes), and where it is."""
+    gains = {cell: _cell(rows, rule, cell) - _cell(rows, PAPER_RULE, cell) for cell in _cells(rows)}
+    worst = min(gains, key=lambda cell: gains[cell])
+    return gains[worst], f"T {worst[0]:g}, R {worst[1]}"
+
+
+def answers_by_confidence(
+    rows: Sequence[Row], rule: str, patterns: Sequence[str] | None
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Answers in each bin of confidence, the sum of their confidences, and how many were right."""
+    total: FloatArray = np.zeros((3, 1))
+    for row in rows:
+        if row["rule"] == rule and (patterns is None or row["pattern"] in patterns) and row["answers"]:
+            lists = [
+                np.array(str(row[key]).split(), dtype=np.float64) for key in ("answers", "sure", "right")
+            ]
+            total = total + np.array(lists)
+    return total[0], total[1], total[2]
+
+
+def calibration_error(rows: Sequence[Row], rule: str, patterns: Sequence[str] | None) -> float:
+    """Expected calibration error: how far confidence is from accuracy, over ten bins; NaN if not known."""
+    count, sure, right = (_coarser(x) for x in answers_by_confidence(rows, rule, patterns))
+    return float(np.abs(sure - right).sum() / count.sum()) if count.sum() else float("nan")
+
+
+def risk_coverage(
+    rows: Sequence[Row], rule: str, patterns: Sequence[str] | None
+) -> tuple[FloatArray, FloatArray]:
+    """Share of the answers from the surest down, and the accuracy of those."""
+    count, _, right = (x[::-1].cumsum() for x in answers_by_confidence(rows, rule, patterns))
+    some = count > 0
+    return count[some] / count[-1], right[some] / count[some]
+
+
+def accuracy_of_surest(rows: Sequence[Row], rule: str, patterns: Sequence[str] | None) -> float:
+    """Accuracy of the `SUREST` share of the answers; NaN if the rule does not say how sure it is."""
+    covered, accuracy = risk_coverage(rows, rule, patterns)
+    return float(np.interp(SUREST, covered, accuracy)) if len(covered) else float("nan")
+
+
+def tables(rows: Sequence[Row]) -> str:
+    """The tables in Markdown: all rules by scene and pattern, the cells, and how sure they are."""
+    patterns = [p for p in dict.fromkeys(str(row["pattern"]) for row in rows) if p != JITTER]
+    scenes, every = list(dict.fromkeys(str(row["scene"]) for row in rows)), rules_of(rows)
+    overview = [
+        [rule, *(_number(mean_accuracy(rows, rule, pattern=p)) for p in (JITTER, *patterns))]
+        for rule in every
+    ]
+    by_scene = [[rule, *(_number(mean_accuracy(rows, rule, scene=s)) for s in scenes)] for rule in every]
+    cells = _cells(rows)
+    by_cell = [[rule, *(_number(_cell(rows, rule, cell)) for cell in cells)] for rule in every]
+    sure = [
+        [
+            rule,
+            _number(calibration_error(rows, rule, (JITTER,))),
+            _number(calibration_error(rows, rule, None)),
+            _number(accuracy_of_surest(rows, rule, (JITTER,))),
+            _number(accuracy_of_surest(rows, rule, None)),
+        ]
+        for rule in every
+        if answers_by_confidence(rows, rule, None)[0].any()
+    ]
+    heads = ["calibration error, table", "with patterns", "surest 80%, table", "with patterns"]
+    parts = [
+        "Mean accuracy over the six scenes:\n",
+        _markdown(["rule", "table", *patterns], overview),
+        "\nThe table by scene:\n",
+        _markdown(["rule", *scenes], by_scene),
+        "\nThe table by noise, T in metres and R in degrees:\n",
+        _markdown(["rule", *(f"{t:g}, {r}" for t, r in cells)], by_cell),
+        "\nHow sure the rules are, and how right they then are:\n",
+        _markdown(["rule", *heads], sure),
+    ]
+    return "\n".join(parts)
+
+
+def _cells(rows: Sequence[Row]) -> list[tuple[float, int]]:
+    return sorted(
+        {
+            (float(row["translation_sd_m"] or 0), int(row["rotation_sd_deg"] or 0))
+            for row in rows
+            if row["pattern"] == JITTER
+        }
+    )
+
+
+def _cell(rows: Sequence[Row], rule: str, cell: tuple[float, int]) -> float:
+    return mean_accuracy(rows, rule, translation_sd_m=cell[0], rotation_sd_deg=cell[1])
+
+
+def _coarser(values: FloatArray) -> FloatArray:
+    coarse: FloatArray = values.reshape(min(RELIABILITY_BINS, len(values)), -1).sum(axis=1)
+    return coarse
+
+
+def _number(value: float) -> str:
+    return "" if np.isnan(value) else f"{value:.3f}"
+
+
+def _markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    lines = [head, ["---", *["---:"] * (len(head) - 1)], *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def _figure(rows: Sequence[Row], sure: Sequence[str]) -> Figure:
+    figure = new_figure(9.5, 7.0)
+    (noise, patterns), (reliability, coverage) = figure.subplots(2, 2)
+    colours = dict(zip(rules_of(rows), _COLOURS * 3, strict=False)) | {MAIN_RULE: OURS, BOUND: OTHER}
+    _plot_cells(noise, rows, colours)
+    _plot_patterns(patterns, rows, colours)
+    set_up_chart(reliability, "(c) reliability, all snapshots", "confidence", "accuracy")
+    set_up_chart(coverage, "(d) the surest answers, all snapshots", "share of the answers", "accuracy")
+    reliability.plot([0, 1], [0, 1], color="#bbbbbb", linewidth=0.8, linestyle=":")
+    for rule in sure:
+        count, confidence, right = (_coarser(x) for x in answers_by_confidence(rows, rule, None))
+        some = count > 0
+        reliability.plot(confidence[some] / count[some], right[some] / count[some], ".-", color=colours[rule])
+        coverage.plot(*risk_coverage(rows, rule, None), color=colours[rule])
+    figure.legend(
+        handles=noise.get_lines(), loc="outside lower center", ncols=4, frameon=False, fontsize=TEXT_SIZE
+    )
+    return figure
+
+
+def _plot_cells(axes: Axes, rows: Sequence[Row], colours: dict[str, str]) -> None:
+    set_up_chart(axes, "(a) the table, mean of six scenes", "T (m), R (°)", "accuracy")
+    cells = _cells(rows)
+    for rule in rules_of(rows):
+        line = "--" if rule == BOUND else "-"
+        axes.plot([_cell(rows, rule, cell) for cell in cells], line, color=colours[rule], label=rule)
+    axes.set_xticks(range(len(cells)), [f"{t:g}, {r}" for t, r in cells], rotation=90, fontsize=6)
+
+
+def _plot_patterns(axes: Axes, rows: Sequence[Row], colours: dict[str, str]) -> None:
+    set_up_chart(axes, "(b) other patterns, mean of six scenes", "", "accuracy")
+    names = [p for p in dict.fromkeys(str(row["pattern"]) for row in rows) if p != JITTER]
+    every = rules_of(rows)
+    width = 0.8 / len(every)
+    for k, rule in enumerate(every):
+        place = np.arange(len(names)) + (k - (len(every) - 1) / 2) * width
+        axes.bar(place, [mean_accuracy(rows, rule, pattern=p) for p in names], width, color=colours[rule])
+    axes.set_xticks(range(len(names)), [name.replace(" ", "\n", 1) for name in names], fontsize=6)
+    axes.grid(visible=False, axis="x")
