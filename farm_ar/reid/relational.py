@@ -17,13 +17,12 @@ from farm_ar.reid.likelihood import LikelihoodReid
 from farm_ar.reid.likelihood_kernels import decide
 from farm_ar.reid.likelihood_records import Answer, Eyes, Found, Labels
 from farm_ar.reid.registration_kernels import concentration_of
+from farm_ar.reid.relational_groups import anchors_of, groups_of, usual_distance
 from farm_ar.reid.relational_options import Relation, RelationalOptions
 from farm_ar.reid.relational_records import Known
-from farm_ar.reid.relational_search import MEMBER, Explanation, Setting, explanations
+from farm_ar.reid.relational_search import Explanation, Setting, explanations
 from farm_ar.scenes import Camera, Detections, Scene, Snapshot
 
-_REACH = 1.8
-_LEAST_SPACING = 1e-3
 _LEAST_WEIGHT = 1e-9
 
 
@@ -48,14 +47,8 @@ class RelationalReid(LikelihoodReid):
     def __init__(self, scene: Scene, options: RelationalOptions | None = None) -> None:
         self.shared = options or RelationalOptions()
         super().__init__(scene, self.shared.alone)
-        layout = scene.layout
-        apart = np.linalg.norm(layout.position[:, None] - layout.position, axis=-1)
-        nearest = np.where(np.eye(len(layout), dtype=bool), np.inf, apart).min(axis=1)
-        usual = float(np.median(nearest)) if len(layout) > 1 else scene.diagonal / 4
-        self._spacing = max(usual, _LEAST_SPACING * scene.diagonal)
-        reach = _REACH * self._spacing if self.shared.reach_m is None else self.shared.reach_m
-        member = MEMBER * np.exp(-0.5 * (apart / reach) ** 2)
-        self._member = np.where(layout.fixed[:, None] | layout.fixed, 0.0, member)
+        self._spacing = usual_distance(scene)
+        self._groups, self._anchors = groups_of(scene, self.shared), anchors_of(scene, self.shared)
         turns = [0.0, *sorted({motion.rotation_sd for motions in self._motions for motion in motions})]
         seen = np.hypot(turns, self.options.detection.yaw_sd)
         self._sharpness = read_only([concentration_of(float(sd)) for sd in seen], np.float64)
@@ -112,8 +105,9 @@ class RelationalReid(LikelihoodReid):
         height = np.zeros(len(cameras.yaw)) if cameras.height is None else np.array(cameras.height)
         eyes = Eyes(np.array(cameras.position), np.array(cameras.yaw), np.array(cameras.pitch), height)
         known = Known(self._own_labels, self._models, self._detecting, self._view(cameras), self._sharpness)
-        group_m = self.scene.diagonal / 8 if self.shared.group_m is None else self.shared.group_m
-        setting = Setting(known, self.scene.layout.labels, self.shared, self._spacing, group_m, self._member)
+        setting = Setting(
+            known, self.scene.layout.labels, self.shared, self._spacing, self._groups, self._anchors
+        )
         found_out = explanations(setting, eyes, found)
         evidence = np.array([one.log_prior + one.outcome.evidence for one in found_out])
         weight = np.exp(evidence - evidence.max())

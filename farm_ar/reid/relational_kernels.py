@@ -18,7 +18,7 @@ from farm_ar.reid.likelihood_kernels import CHEAP, LEAST_NONE
 from farm_ar.reid.likelihood_records import Labels, Models
 from farm_ar.reid.marginals import exact_marginals, propagate, scale_rows
 from farm_ar.reid.registration_kernels import add_pair, solve_motion, volume
-from farm_ar.reid.relational_records import Alone, Group, Known, Outcome, Reach, Search, Sight
+from farm_ar.reid.relational_records import Alone, Group, Groups, Known, Outcome, Reach, Search, Sight
 
 ROUNDS = 30
 """Most rounds of belief propagation; that of one model starts from where the last one's ended."""
@@ -33,6 +33,9 @@ LEAST_MODEL = 1e-2
 
 HOPELESS = 2.0
 """By how much, in logarithms, a motion that is worth improving may fall short of one that counts."""
+
+MOST_SEEDS = 500
+"""Motions of one group that are looked at."""
 
 STILL = 1e-3
 """Metres and radians by which a motion that is found may still change."""
@@ -332,6 +335,7 @@ def fit_group(
     alone: Alone,
     group: Group,
     go: Reach,
+    use: BoolArray,
     steps: int,
     floor: float,
     motion: FloatArray,
@@ -345,6 +349,7 @@ def fit_group(
         alone: how likely they are of labels that move alone.
         group: which labels may have moved as one; none, for the evidence of moving alone.
         go: room for where they then may be found.
+        use: (K,) the models to think of.
         steps: most steps of maximisation.
         floor: log evidence below which a model does not matter.
         motion: (3,) shift x and z, metres, and turn, radians: where to begin, filled with the end.
@@ -353,7 +358,8 @@ def fit_group(
     models, (n, m) = len(known.models.log_prior), sight.like.shape
     weight, none, to_row = np.empty((n, m)), np.empty(n), np.empty((n, m))
     together, sums = np.empty((n, len(group.label))), np.empty((models, 7))
-    counts = np.ones(models, dtype=np.bool_)
+    counts = use.copy()
+    outcome.evidence[:] = -np.inf
     last = steps == 0
     for step in range(steps + 1):
         move_labels(known, group, motion)
@@ -361,7 +367,7 @@ def fit_group(
         sums[:] = 0.0
         to_row[:] = 1.0
         for k in range(models):
-            if not (counts[k] or last):
+            if not (use[k] if last else counts[k]):
                 continue
             log_unseen = weigh_group(known, k, sight, alone, group, go, weight, together, outcome.unseen[k])
             chance = outcome.chance[k]
@@ -381,6 +387,7 @@ def fit_frame(
     known: Known,
     raw: Sight,
     group: Group,
+    use: BoolArray,
     steps: int,
     floor: float,
     motion: FloatArray,
@@ -395,6 +402,7 @@ def fit_frame(
         known: the labels and models.
         raw: the detections as they came.
         group: all labels.
+        use: (K,) the models to think of.
         steps: most steps of maximisation.
         floor: log evidence below which a model does not matter.
         motion: (3,) of the frame: where to begin, filled with the end.
@@ -406,7 +414,8 @@ def fit_frame(
     models, (n, m) = len(known.models.log_prior), raw.like.shape
     none, to_row = np.empty(n), np.empty((n, m))
     together, sums = np.ones((n, m)), np.empty((models, 7))
-    counts = np.ones(models, dtype=np.bool_)
+    counts = use.copy()
+    outcome.evidence[:] = -np.inf
     last = steps == 0
     for step in range(steps + 1):
         correct_frame(raw, group.pivot, motion, sight)
@@ -415,7 +424,7 @@ def fit_frame(
         sums[:] = 0.0
         to_row[:] = 1.0
         for k in range(models):
-            if not (counts[k] or last):
+            if not (use[k] if last else counts[k]):
                 continue
             outcome.unseen[k] = np.exp(alone.log_unseen[k])
             chance, log_unseen = outcome.chance[k], alone.log_unseen[k].sum()
@@ -476,7 +485,7 @@ def score_motion(
 
 @_compile
 def find_motions(
-    known: Known, search: Search, sight: Sight, reach: Reach, group: Group, seeds: FloatArray
+    known: Known, search: Search, sight: Sight, group: Group, density: FloatArray, seeds: FloatArray
 ) -> int:
     """Motions that take a group's pivot, where its first label stood, to a detection.
 
@@ -487,23 +496,15 @@ def find_motions(
         known: the labels and the models.
         search: limits, and the scales at which motions are judged.
         sight: the detections.
-        reach: where labels that move alone may be found.
         group: the labels, the first of which stood on the pivot.
+        density: (N, M) of each detection if each label moved alone.
         seeds: (Q, 4) filled with score, shift x and z, and turn.
 
     Returns:
         How many there are, at most Q.
     """
     labels, position, yaw = known.labels, sight.found.position[0], sight.found.yaw[0]
-    n, m = sight.like.shape
-    a, b = search.translation_scale, search.rotation_scale
-    wide_a, wide_b = reach.place.shape[0] - 1, reach.heading.shape[0] - 1
-    density = np.empty((n, m))
-    for i in range(n):
-        for j in range(m):
-            narrow = reach.place[a, i, j] * reach.heading[b, i, j]
-            wide = reach.place[wide_a, i, j] * reach.heading[wide_b, i, j]
-            density[i, j] = sight.like[i, j] * ((1 - search.wide) * narrow + search.wide * wide)
+    n = len(sight.nothing)
     first = group.label[0]
     motion, count = np.empty(3), 0
     for i in range(n):
@@ -539,3 +540,62 @@ def find_motions(
                 seeds[count, 1:] = motion
                 count += 1
     return count
+
+
+@_compile
+def best_motions(
+    known: Known,
+    search: Search,
+    sight: Sight,
+    reach: Reach,
+    groups: Groups,
+    best: FloatArray,
+) -> None:
+    """The motions of each group that are the most promising.
+
+    Args:
+        known: the labels and the models.
+        search: limits, and the scales at which motions are judged.
+        sight: the detections.
+        reach: where labels that move alone may be found.
+        groups: the groups.
+        best: (Q, S, 4) filled with the best S of each group: score, shift x and z, and turn; a score of minus
+            infinity where there are fewer.
+    """
+    n, m = sight.like.shape
+    a, b = search.translation_scale, search.rotation_scale
+    wide_a, wide_b = reach.place.shape[0] - 1, reach.heading.shape[0] - 1
+    density = np.empty((n, m))
+    for i in range(n):
+        for j in range(m):
+            narrow = reach.place[a, i, j] * reach.heading[b, i, j]
+            wide = reach.place[wide_a, i, j] * reach.heading[wide_b, i, j]
+            density[i, j] = sight.like[i, j] * ((1 - search.wide) * narrow + search.wide * wide)
+    seeds = np.empty((MOST_SEEDS, 4))
+    best[:] = -np.inf
+    for q in range(len(groups.size)):
+        group = group_at(known, groups, q)
+        count = find_motions(known, search, sight, group, density, seeds)
+        order = np.argsort(-seeds[:count, 0])
+        for place in range(min(count, best.shape[1])):
+            best[q, place] = seeds[order[place]]
+
+
+@_compile
+def group_at(known: Known, groups: Groups, q: int) -> Group:
+    """One of many groups."""
+    label = groups.label[q, : groups.size[q]].copy()
+    every = known.labels
+    labels = Labels(
+        every.position[label],
+        every.yaw[label],
+        every.elevation[label],
+        every.category[label],
+        every.sides[label],
+        every.period[label],
+        every.table[label],
+        every.fixed[label],
+        every.room,
+    )
+    member, pivot = groups.member[q, : groups.size[q]].copy(), every.position[label[0]].copy()
+    return Group(label, member, labels, pivot, groups.shift_precision[q], groups.turn_concentration[q])

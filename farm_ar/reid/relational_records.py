@@ -92,6 +92,24 @@ class Group(NamedTuple):
     turn_concentration: float
 
 
+class Groups(NamedTuple):
+    """Q groups, each around its first label, of up to G labels.
+
+    Args:
+        size: (Q,) how many labels each has.
+        label: (Q, G) which.
+        member: (Q, G) probability that each is one of them.
+        shift_precision: (Q,) as in `Group`.
+        turn_concentration: (Q,) likewise.
+    """
+
+    size: IntArray
+    label: IntArray
+    member: FloatArray
+    shift_precision: FloatArray
+    turn_concentration: FloatArray
+
+
 class Outcome(NamedTuple):
     """What K models say of a snapshot.
 

@@ -2,36 +2,32 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
-from farm_ar.arrays import FloatArray, IntArray
+from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.reid.likelihood_records import Eyes, Found, Labels
 from farm_ar.reid.registration import RigidMotion
 from farm_ar.reid.registration_kernels import concentration_of
 from farm_ar.reid.relational_kernels import (
-    find_motions,
+    best_motions,
     fit_frame,
     fit_group,
+    group_at,
     look,
     reach_labels,
     weigh_alone,
 )
 from farm_ar.reid.relational_options import Relation, RelationalOptions
-from farm_ar.reid.relational_records import Alone, Group, Known, Outcome, Reach, Search, Sight
+from farm_ar.reid.relational_records import Alone, Group, Groups, Known, Outcome, Reach, Search, Sight
 
 STEPS = 4
 """Most steps in which a motion is improved."""
 
 NEGLIGIBLE = 8.0
 """By how much, in logarithms, evidence may fall short of the best and still count."""
-
-MEMBER = 0.7
-"""Probability that the label that a group is around has moved with it."""
-
-LEAST_MEMBER = 0.02
-"""Probability below which a label is not of a group."""
 
 SPREADS, TURN = (0.15, 0.4), float(np.deg2rad(15))
 """Scales at which motions are compared: SDs of places, by the labels' usual distance, and of headings."""
@@ -48,8 +44,11 @@ LIMIT = 3.0
 NEAR = 2.0
 """Distance of a camera from a pivot, metres, up to which turning about it does not move what is seen far."""
 
-MOST_SEEDS, KEPT_SEEDS = 500, 5
-"""Motions looked at around each label, and kept."""
+KEPT_SEEDS = 5
+"""Motions of each group that are compared with others'."""
+
+LEAST_RATES = 0.05
+"""Probability of rates of misses and false detections below which they are left out."""
 
 
 class Explanation(NamedTuple):
@@ -81,16 +80,16 @@ class Setting(NamedTuple):
         names: of the labels.
         options: what is assumed.
         spacing: usual distance of a label to the nearest other one, metres.
-        group_m: SD of a group's shift, metres.
-        member: (M, M) for each label that a group may be around, how probably each label moves with it.
+        groups: those that may have moved.
+        anchors: all labels, around each that is fixed.
     """
 
     known: Known
     names: tuple[str, ...]
     options: RelationalOptions
     spacing: float
-    group_m: float
-    member: FloatArray
+    groups: Groups
+    anchors: Groups
 
 
 def explanations(setting: Setting, eyes: Eyes, found: Found) -> list[Explanation]:
@@ -109,34 +108,56 @@ def explanations(setting: Setting, eyes: Eyes, found: Found) -> list[Explanation
     weigh_alone(setting.known, raw, frame.reach, frame.alone)
     no_group = float(np.log1p(-options.group))
     result = [_alone(setting, frame, float(np.log1p(-options.drift)) + no_group)]
-    best = result[0]
+    best, still = result[0], frame
+    use = _worth_using(setting, best.outcome)
     if options.drift > 0:
         for pivot in (raw.eyes.position.mean(axis=0), np.zeros(2)):
             log_prior = float(np.log(options.drift / 2)) + no_group
-            explanation, drifted = _drifted(setting, raw, frame, pivot, log_prior, best.best)
+            explanation, drifted = _drifted(setting, raw, still, pivot, use, log_prior, best.best)
             result.append(explanation)
             if explanation.best > best.best:
                 best, frame = explanation, drifted
     if options.group > 0 and len(raw.nothing) > 1:
         log_prior = best.log_prior - no_group + float(np.log(options.group / labels))
         highest = best.best
-        for j, motion in _promising(setting, frame):
-            result.append(_moved(setting, frame, j, motion, log_prior, highest))
+        for q, motion in _promising(setting, frame):
+            result.append(_moved(setting, frame, q, motion, use, log_prior, highest))
             highest = max(highest, result[-1].best)
     return result
+
+
+def _worth_using(setting: Setting, alone: Outcome) -> BoolArray:
+    """(K,) models to think of if things moved together: those with rates that are believed in.
+
+    Rates say nothing of how things moved, so that those which one explanation makes improbable are left out.
+    """
+    models = setting.known.models
+    rates = np.stack([models.detect_rate, models.none_rate], axis=-1)
+    _, which = np.unique(rates, axis=0, return_inverse=True)
+    which = which.reshape(-1)
+    total = np.bincount(which, np.exp(alone.evidence - alone.evidence.max()))
+    prior = np.bincount(which, np.exp(models.log_prior))
+    worth: BoolArray = (total > LEAST_RATES * total.sum()) | (prior == prior.max())
+    return worth[which]
 
 
 def _alone(setting: Setting, frame: Frame, log_prior: float) -> Explanation:
     """That each label moved alone: a group without members."""
     nobody = _group(setting, np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(2), 1.0, 1.0)
     outcome = _outcome(setting, frame.sight)
-    room = _reach(setting, frame.sight, 0)
-    fit_group(setting.known, frame.sight, frame.alone, nobody, room, 0, -np.inf, np.zeros(3), outcome)
+    room, every = _reach(setting, frame.sight, 0), np.ones(len(outcome.evidence), dtype=bool)
+    fit_group(setting.known, frame.sight, frame.alone, nobody, room, every, 0, -np.inf, np.zeros(3), outcome)
     return Explanation(Relation("alone", 0.0), log_prior, outcome)
 
 
 def _drifted(
-    setting: Setting, raw: Sight, still: Frame, pivot: FloatArray, log_prior: float, best: float
+    setting: Setting,
+    raw: Sight,
+    still: Frame,
+    pivot: FloatArray,
+    use: BoolArray,
+    log_prior: float,
+    best: float,
 ) -> tuple[Explanation, Frame]:
     """That the frame drifted about a pivot, from the start that leads to the most."""
     options, labels = setting.options, np.arange(len(setting.names))
@@ -146,7 +167,7 @@ def _drifted(
     for motion in _drift_starts(setting, still, pivot, turn_sd):
         outcome, frame = _outcome(setting, raw), _frame(setting, _sight(raw.eyes, raw.found, 0, raw))
         floor = best - log_prior - NEGLIGIBLE
-        fit_frame(setting.known, raw, everyone, STEPS, floor, motion, *frame, outcome)
+        fit_frame(setting.known, raw, everyone, use, STEPS, floor, motion, *frame, outcome)
         explanation = Explanation(_relation("drift", everyone, motion), log_prior, outcome)
         best = max(best, explanation.best)
         reached.append((explanation, frame))
@@ -160,55 +181,60 @@ def _drift_starts(setting: Setting, still: Frame, pivot: FloatArray, turn_sd: fl
     """
     near = np.linalg.norm(still.sight.eyes.position - pivot, axis=-1).max() < NEAR
     starts = [np.array([0.0, 0.0, sign * turn_sd]) for sign in ((0.0,) if near else (0.0, -1.0, 1.0))]
-    labels, count = setting.known.labels, len(setting.names)
-    for j in np.flatnonzero(labels.fixed).tolist():
-        index = np.concatenate([[j], np.delete(np.arange(count), j)])
-        away = float(np.linalg.norm(labels.position[j] - pivot))
-        shift_sd = float(np.hypot(setting.options.drift_m, away * turn_sd))
-        around = _group(setting, index, np.ones(count), labels.position[j], shift_sd, turn_sd)
-        search = _search(setting, SPREADS[-1], LIMIT * shift_sd, LIMIT * turn_sd)
-        for row in _best_seeds(setting, still, around, search)[:1]:
-            motion = RigidMotion(around.pivot, row[1:3], row[3]).about(pivot)
-            starts.append(np.array([*motion.shift, motion.turn]))
+    if not len(setting.anchors.size):
+        return starts
+    away = float(np.linalg.norm(still.sight.found.position[0] - pivot, axis=-1).max())
+    longest = LIMIT * float(np.hypot(setting.options.drift_m, away * turn_sd))
+    search = _search(setting, SPREADS[-1], longest, LIMIT * turn_sd)
+    best = np.empty((len(setting.anchors.size), 1, 4))
+    best_motions(setting.known, search, still.sight, still.reach, setting.anchors, best)
+    for q, (score, *motion) in enumerate(best[:, 0].tolist()):
+        if score > -np.inf:
+            place = setting.known.labels.position[setting.anchors.label[q, 0]]
+            about = RigidMotion(place, np.array(motion[:2]), np.array(motion[2])).about(pivot)
+            starts.append(np.array([*about.shift, about.turn]))
     return starts
 
 
 def _moved(
-    setting: Setting, frame: Frame, j: int, motion: FloatArray, log_prior: float, best: float
+    setting: Setting,
+    frame: Frame,
+    q: int,
+    motion: FloatArray,
+    use: BoolArray,
+    log_prior: float,
+    best: float,
 ) -> Explanation:
-    """That a group around a label moved, by about a motion."""
-    group, outcome = _around(setting, j), _outcome(setting, frame.sight)
+    """That a group moved, by about a motion."""
+    group, outcome = group_at(setting.known, setting.groups, q), _outcome(setting, frame.sight)
     room, floor = _reach(setting, frame.sight, len(group.label)), best - log_prior - NEGLIGIBLE
-    fit_group(setting.known, frame.sight, frame.alone, group, room, STEPS, floor, motion, outcome)
-    return Explanation(_relation("group", group, motion, setting.names[j]), log_prior, outcome)
+    fit_group(setting.known, frame.sight, frame.alone, group, room, use, STEPS, floor, motion, outcome)
+    label = setting.names[group.label[0]]
+    return Explanation(_relation("group", group, motion, label), log_prior, outcome)
 
 
 def _promising(setting: Setting, frame: Frame) -> list[tuple[int, FloatArray]]:
-    """The most promising motions of groups that differ: the label that each is around, and the motion."""
+    """The most promising motions of groups that differ: which group, and the motion."""
     every: list[tuple[float, int, FloatArray]] = []
-    around = [_around(setting, j) for j in np.flatnonzero(setting.member.diagonal() > 0).tolist()]
+    if not len(setting.groups.size):
+        return []
+    turn_sd = float(np.deg2rad(setting.options.group_deg))
+    shift_sd = float(setting.groups.shift_precision[0] ** -0.5)
     for spread in SPREADS:
-        search = _search(
-            setting, spread, LIMIT * setting.group_m, LIMIT * np.deg2rad(setting.options.group_deg)
-        )
-        for group in around:
-            seeds = _best_seeds(setting, frame, group, search)
-            every += [(float(row[0]), int(group.label[0]), row[1:].copy()) for row in seeds]
+        search = _search(setting, spread, LIMIT * shift_sd, LIMIT * turn_sd)
+        best = np.empty((len(setting.groups.size), KEPT_SEEDS, 4))
+        best_motions(setting.known, search, frame.sight, frame.reach, setting.groups, best)
+        every += [
+            (float(row[0]), q, row[1:]) for q, rows in enumerate(best) for row in rows if row[0] > -np.inf
+        ]
     every.sort(key=lambda one: -one[0])
     chosen: list[tuple[int, FloatArray]] = []
-    for _, j, motion in every:
+    for _, q, motion in every:
         if len(chosen) >= setting.options.tried:
             break
-        if not any(_alike(setting, j, motion, *other) for other in chosen):
-            chosen.append((j, motion))
+        if not any(_alike(setting, q, motion, *other) for other in chosen):
+            chosen.append((q, motion.copy()))
     return chosen
-
-
-def _best_seeds(setting: Setting, frame: Frame, group: Group, search: Search) -> FloatArray:
-    seeds = np.empty((MOST_SEEDS, 4))
-    count = find_motions(setting.known, search, frame.sight, frame.reach, group, seeds)
-    best: FloatArray = seeds[:count][np.argsort(-seeds[:count, 0], kind="stable")[:KEPT_SEEDS]]
-    return best
 
 
 def _search(setting: Setting, spread: float, longest: float, most_turned: float) -> Search:
@@ -224,23 +250,15 @@ def _search(setting: Setting, spread: float, longest: float, most_turned: float)
     )
 
 
-def _alike(setting: Setting, j: int, motion: FloatArray, other: int, second: FloatArray) -> bool:
-    """Whether a group's motion and another's take its label to about the same pose."""
-    place = setting.known.labels.position
-    ends = [
-        RigidMotion(place[label], one[:2], one[2]).position(place[j, None])
-        for label, one in ((j, motion), (other, second))
-    ]
-    turn = abs((motion[2] - second[2] + np.pi) % (2 * np.pi) - np.pi)
-    return bool(np.linalg.norm(ends[0] - ends[1]) < APART * setting.spacing and turn < TURN)
-
-
-def _around(setting: Setting, j: int) -> Group:
-    """The group around a label, which comes first."""
-    index = np.flatnonzero(setting.member[j] > LEAST_MEMBER)
-    index = np.concatenate([[j], index[index != j]])
-    place, turn_sd = setting.known.labels.position[j], float(np.deg2rad(setting.options.group_deg))
-    return _group(setting, index, setting.member[j, index], place, setting.group_m, turn_sd)
+def _alike(setting: Setting, q: int, motion: FloatArray, other: int, second: FloatArray) -> bool:
+    """Whether a group's motion and another's take its middle to about the same pose."""
+    middle, end = (setting.known.labels.position[setting.groups.label[one, 0]] for one in (q, other))
+    x, z = middle - end
+    sine, cosine = math.sin(second[2]), math.cos(second[2])
+    dx = cosine * x + sine * z + second[0] - x - motion[0]
+    dz = cosine * z - sine * x + second[1] - z - motion[1]
+    turn = abs((motion[2] - second[2] + math.pi) % (2 * math.pi) - math.pi)
+    return math.hypot(dx, dz) < APART * setting.spacing and turn < TURN
 
 
 def _group(
