@@ -51,6 +51,18 @@ def identify(
         ),
     ] = None,
     solver: Annotated[str | None, typer.Option(metavar="NAME", help="lsap, the default, or mip. (*)")] = None,
+    min_confidence: Annotated[
+        float | None,
+        typer.Option(
+            metavar="P", help="Give no label that is less probable; 0 by default. Of the rule likelihood."
+        ),
+    ] = None,
+    explain: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ID", help="Say why this detection has its label. Of the rules spatial and likelihood."
+        ),
+    ] = None,
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw the answer, .svg or .png.")] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the answer as JSON and nothing else.")
@@ -63,21 +75,25 @@ def identify(
     """
     from farm_ar.cli import output, reports
     from farm_ar.cli.inputs import read_scene, read_snapshot
-    from farm_ar.cli.rules import make_rule
+    from farm_ar.cli.rules import explanation, make_rule
 
     known, seen = read_scene(scene, room), read_snapshot(snapshot, camera)
-    found = make_rule(known, reid, threshold, weights, gate, solver).identify(seen)
+    rule = make_rule(known, reid, threshold, weights, gate, solver, min_confidence)
+    found = rule.identify(seen)
+    why = None if explain is None else explanation(rule, seen, explain)
     if plot is not None:
         from farm_ar.cli.pictures import picture_of_identification
 
         picture_of_identification(known, seen, found, plot)
     if as_json:
-        output.print_json(reports.as_values(seen, found))
+        output.print_json(reports.as_values(seen, found) | ({} if why is None else {"explanation": why}))
         return
     output.print_table(
         reports.DETECTION_COLUMNS, reports.detection_rows(seen, found), reports.DETECTION_NUMBERS
     )
     for line in reports.summarise(known, found):
         output.print_line(line)
+    if why is not None:
+        output.print_line(why)
     if plot is not None:
         output.print_line(f"Wrote {plot}")

@@ -3,9 +3,18 @@
 from __future__ import annotations
 
 from farm_ar.cli.inputs import numbers, refuse
-from farm_ar.errors import known_name
-from farm_ar.reid import REIDENTIFIERS, Reidentifier, SpatialOptions, SpatialReid
-from farm_ar.scenes import Scene, Weights
+from farm_ar.errors import OptionError, known_name
+from farm_ar.reid import (
+    REIDENTIFIERS,
+    LikelihoodOptions,
+    LikelihoodReid,
+    Reidentifier,
+    SpatialOptions,
+    SpatialReid,
+    explain,
+)
+from farm_ar.reid.explanations import Explains
+from farm_ar.scenes import Scene, Snapshot, Weights
 
 
 def make_rule(
@@ -15,6 +24,7 @@ def make_rule(
     weights: str | None,
     gate: bool | None,
     solver: str | None,
+    min_confidence: float | None = None,
 ) -> Reidentifier:
     """A rule for a scene; None leaves an option at the rule's own default.
 
@@ -26,7 +36,11 @@ def make_rule(
     if name != "spatial":
         given = {"--threshold": threshold, "--weights": weights, "--gate": gate, "--solver": solver}
         refuse(given.items(), f"with --reid {name}")
+        if name == "likelihood" and min_confidence is not None:
+            return LikelihoodReid(scene, LikelihoodOptions(min_confidence=min_confidence))
+        refuse([("--min-confidence", min_confidence)], f"with --reid {name}")
         return REIDENTIFIERS[name](scene)
+    refuse([("--min-confidence", min_confidence)], "with --reid spatial")
     default = SpatialOptions()
     options = SpatialOptions(
         threshold=default.threshold if threshold is None else threshold,
@@ -35,3 +49,15 @@ def make_rule(
         solver=default.solver if solver is None else solver,
     )
     return SpatialReid(scene, options)
+
+
+def explanation(rule: Reidentifier, snapshot: Snapshot, detection: str) -> str:
+    """Why a detection, by its id, gets the label that a rule gives it.
+
+    Raises:
+        OptionError: the rule does not explain itself.
+        SnapshotError: there is no such detection.
+    """
+    if not isinstance(rule, Explains):
+        raise OptionError("--explain", "must be with --reid spatial or likelihood", detection)
+    return explain(rule, snapshot, detection).words()

@@ -1,5 +1,6 @@
 """Pictures of scenes and of what is seen in them, from above."""
 
+from farm_ar.drawing.explanations import draw_explanation
 from farm_ar.drawing.identifications import draw_identification
 from farm_ar.drawing.labels import place_labels
 from farm_ar.drawing.palette import category_fills
@@ -12,6 +13,7 @@ __all__ = [
     "Tags",
     "add_tags",
     "category_fills",
+    "draw_explanation",
     "draw_identification",
     "draw_scene",
     "new_picture",

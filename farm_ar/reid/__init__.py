@@ -1,7 +1,9 @@
 """Re-identification: which detection is which label."""
 
 from farm_ar.reid.baselines import BASELINES, DistanceReid, LastKnownReid, NearestReid
+from farm_ar.reid.certified_pruning import solve_certified
 from farm_ar.reid.costs import dimension_cost, rotation_cost, total_cost, translation_cost
+from farm_ar.reid.explanations import Explanation, explain
 from farm_ar.reid.identification import (
     Assurance,
     Certificate,
@@ -9,6 +11,7 @@ from farm_ar.reid.identification import (
     IdentificationBatch,
     Reidentifier,
 )
+from farm_ar.reid.k_best import Assignment, k_best
 from farm_ar.reid.likelihood import LikelihoodReid, Posterior
 from farm_ar.reid.likelihood_options import LikelihoodOptions
 from farm_ar.reid.marginals import association_marginals
@@ -26,10 +29,12 @@ __all__ = [
     "SOLVERS",
     "TERMS",
     "UNASSIGNED",
+    "Assignment",
     "Assurance",
     "Certificate",
     "DetectionNoise",
     "DistanceReid",
+    "Explanation",
     "Identification",
     "IdentificationBatch",
     "LastKnownReid",
@@ -47,12 +52,15 @@ __all__ = [
     "association_marginals",
     "batch_accuracy",
     "dimension_cost",
+    "explain",
+    "k_best",
     "motion_log_density",
     "rotation_cost",
     "site_distance",
     "site_probability",
     "sites_by_probability",
     "solve_assignment",
+    "solve_certified",
     "total_cost",
     "translation_cost",
     "within_site",

@@ -12,6 +12,7 @@ from farm_ar.errors import SceneError
 from farm_ar.reid.categories import batch_codes, codes_of, declared_codes
 from farm_ar.reid.costs import sorted_log_sides
 from farm_ar.reid.identification import Assurance, Identification, IdentificationBatch
+from farm_ar.reid.likelihood_densities import view_probability
 from farm_ar.reid.likelihood_kernels import identify_batch
 from farm_ar.reid.likelihood_options import LikelihoodOptions, category_table, model_arrays
 from farm_ar.reid.likelihood_records import (
@@ -22,6 +23,7 @@ from farm_ar.reid.likelihood_records import (
     Labels,
     View,
 )
+from farm_ar.reid.motion_models import motion_log_density
 from farm_ar.scenes import UNKNOWN, Camera, Scene, Snapshot, SnapshotBatch
 
 _NEARLY_ALL = 0.8
@@ -100,13 +102,9 @@ class LikelihoodReid:
         Raises:
             SnapshotError: a detection's category is not one of the scene's.
         """
-        seen, camera = snapshot.detections, snapshot.camera
-        codes = np.array(codes_of(seen.category, self._declared), dtype=np.int64)
-        found = _found(
-            np.array([len(seen)]), seen.position[None], seen.yaw[None], codes[None], seen.size[None]
-        )
+        seen, found = snapshot.detections, self._found_in(snapshot)
         begin = time.perf_counter()
-        answer = self._answer(_one(camera), found, details=True)
+        answer = self._answer(_one(snapshot.camera), found, details=True)
         solve_time = time.perf_counter() - begin
         names = self.scene.layout.labels
         assurance = Assurance(
@@ -149,12 +147,8 @@ class LikelihoodReid:
         Raises:
             SnapshotError: a detection's category is not one of the scene's.
         """
-        seen = snapshot.detections
-        codes = np.array(codes_of(seen.category, self._declared), dtype=np.int64)
-        found = _found(
-            np.array([len(seen)]), seen.position[None], seen.yaw[None], codes[None], seen.size[None]
-        )
-        probability = self._answer(_one(snapshot.camera), found, details=True).posterior[0]
+        answer = self._answer(_one(snapshot.camera), self._found_in(snapshot), details=True)
+        probability = answer.posterior[0]
         square_shift = [sum(m.share * m.translation_sd**2 for m in motions) for motions in self._motions]
         square_turn = [sum(m.share * m.rotation_sd**2 for m in motions) for motions in self._motions]
         return Posterior(
@@ -162,6 +156,49 @@ class LikelihoodReid:
             float(np.sqrt(probability @ square_shift)),
             float(np.sqrt(probability @ square_turn)),
             float(probability @ self._models.none_rate),
+        )
+
+    def cost_terms(self, snapshot: Snapshot) -> dict[str, FloatArray]:
+        """Terms that speak against each label for each detection, (N, M) each, by name; natural logarithms.
+
+        They are those of the most probable motion model: negative logarithms of the densities of the place,
+        of the heading given the place, of the size and of the category, and that of finding the label's
+        place empty, which speaks for a label that should have been seen (negative).
+        """
+        seen, layout, options = snapshot.detections, self.scene.layout, self.options
+        best = int(self.posterior(snapshot).probability.argmax())
+        room = self.scene.size if options.walls else None
+        pose = (seen.position, seen.yaw, layout.position, layout.yaw)
+        place, both = (
+            motion_log_density(*pose, self._motions[best], options.detection, room, period)
+            for period in (0.0, self._labels.period)
+        )
+        gaps = sorted_log_sides(seen.size)[:, None] - self._labels.sides
+        codes = codes_of(seen.category, self._declared)
+        likely = self._detecting.category[codes][:, layout.category_code]
+        inside = np.empty((len(self._models.translation_sd), len(layout)))
+        camera = _one(snapshot.camera)
+        view_probability(
+            self._labels, self._models, self._view(camera), _eyes(camera), self._found_in(snapshot), 0, inside
+        )
+        share, part = self._models.share[best], self._models.part[best, :, 0]
+        stay = 1 - options.gone_rate
+        seen_if_there = self._models.detect_rate[best] * (share @ inside[part])
+        unseen = np.maximum(options.gone_rate + stay * (1 - seen_if_there), 1e-9)
+        full_turn = np.log(2 * np.pi)  # a place's density alone is that of any heading
+        return {
+            "distance": -(place + full_turn),
+            "turn": place + full_turn - both,
+            "size": 0.5 * (gaps**2).sum(axis=-1) / options.size_sd**2,
+            "category": -np.log(np.maximum(likely, 1e-300)),
+            "its place is empty": np.broadcast_to(np.log(unseen), place.shape),
+        }
+
+    def _found_in(self, snapshot: Snapshot) -> Found:
+        seen = snapshot.detections
+        codes = np.array(codes_of(seen.category, self._declared), dtype=np.int64)
+        return _found(
+            np.array([len(seen)]), seen.position[None], seen.yaw[None], codes[None], seen.size[None]
         )
 
     def _answer(self, cameras: Camera, found: Found, details: bool) -> Answer:
@@ -178,14 +215,12 @@ class LikelihoodReid:
             gone=np.zeros((rows, labels)),
             posterior=np.zeros((rows, models)),
         )
-        height = np.zeros(shape[0]) if cameras.height is None else cameras.height
-        eyes = Eyes(cameras.position, cameras.yaw, cameras.pitch, read_only(height, np.float64))
         identify_batch(
             self._labels,
             self._models,
             self._detecting,
             self._view(cameras),
-            eyes,
+            _eyes(cameras),
             found,
             float(self.options.min_confidence),
             self.options.most_exact,
@@ -222,6 +257,11 @@ def _one(camera: Camera) -> Camera:
     return replace(
         camera, position=camera.position[None], yaw=camera.yaw[None], height=height, pitch=camera.pitch[None]
     )
+
+
+def _eyes(cameras: Camera) -> Eyes:
+    height = np.zeros(cameras.yaw.shape) if cameras.height is None else cameras.height
+    return Eyes(cameras.position, cameras.yaw, cameras.pitch, read_only(height, np.float64))
 
 
 def _found(

@@ -27,7 +27,7 @@ def axis_density(x: float, mean: float, side: float, motion_sd: float, detection
     sd = math.sqrt(motion_sd * motion_sd + detection_sd * detection_sd)
     free = math.exp(-0.5 * ((x - mean) / sd) ** 2) / (sd * ROOT_TWO_PI)
     near = WALL * detection_sd
-    if motion_sd == 0.0 or not (abs(x) <= near or abs(x - side) <= near):
+    if motion_sd == 0.0 or side == math.inf or not (abs(x) <= near or abs(x - side) <= near):
         return free
     narrow = motion_sd * detection_sd / sd
     between = mean + (x - mean) * (motion_sd / sd) ** 2
@@ -75,6 +75,8 @@ def view_probability(
     sine, cosine = math.sin(eyes.yaw[b]), math.cos(eyes.yaw[b])
     rise, level = math.sin(eyes.pitch[b]), math.cos(eyes.pitch[b])
     ex, ez = eyes.position[b, 0], eyes.position[b, 1]
+    west = 0.0 if labels.room[0] < math.inf else -math.inf
+    south = 0.0 if labels.room[1] < math.inf else -math.inf
     farthest = 0.0
     for q in range(points):
         farthest = max(farthest, math.hypot(models.offset[q, 0], models.offset[q, 1]))
@@ -89,8 +91,8 @@ def view_probability(
                 continue
             inside = 0
             for q in range(points):
-                dx = min(max(x + sd * models.offset[q, 0], 0.0), labels.room[0]) - ex
-                dz = min(max(z + sd * models.offset[q, 1], 0.0), labels.room[1]) - ez
+                dx = min(max(x + sd * models.offset[q, 0], west), labels.room[0]) - ex
+                dz = min(max(z + sd * models.offset[q, 1], south), labels.room[1]) - ez
                 square = dx * dx + dz * dz
                 right, ahead = dx * cosine - dz * sine, dx * sine + dz * cosine
                 limit = view.right if right >= 0.0 else view.left

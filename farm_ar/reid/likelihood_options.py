@@ -36,7 +36,8 @@ class LikelihoodOptions:
         size_sd: noise of each detected side, as a share of it.
         confusion: probability that a detected category is wrong.
         walls: whether nothing leaves the room.
-        occlusion: whether what stands behind a detection counts as not in view.
+        occlusion: whether what stands behind a detection counts as not in view: as `Detector.occlusion`, True
+            for a real headset, False for the paper's synthetic experiments.
         min_confidence: a label less probable than this is not given.
         most_exact: detections of one component up to which probabilities are exact.
 
@@ -51,7 +52,7 @@ class LikelihoodOptions:
     size_sd: float = 0.05
     confusion: float = 0.001
     walls: bool = True
-    occlusion: bool = True
+    occlusion: bool = False
     min_confidence: float = 0.0
     most_exact: int = MOST_EXACT
 

@@ -41,10 +41,10 @@ class NoisePrior:
         OptionError: a value is out of its limits.
     """
 
-    translation_m: tuple[float, float] = (0.07, 1.4)
+    translation_m: tuple[float, float] = (0.08, 1.2)
     rotation_deg: tuple[float, float] = (10.0, 140.0)
     levels: tuple[int, int] = (6, 5)
-    few_move_far: float = 0.3
+    few_move_far: float = 0.2
 
     def __post_init__(self) -> None:
         for name in ("translation_m", "rotation_deg"):
@@ -100,5 +100,5 @@ class Rates:
             raise OptionError("none_rate", "must be a number not below 0", self.none_rate)
 
 
-MOSTLY_RELIABLE: Sequence[Rates] = (Rates(0.95, 0.02, 0.005), Rates(0.05, 0.15, 0.6))
+MOSTLY_RELIABLE: Sequence[Rates] = (Rates(0.95, 0.02, 0.01), Rates(0.05, 0.15, 0.4))
 """A detector that is most probably good, and may be poor: what is assumed if nothing is said."""

@@ -45,6 +45,9 @@ class SpatialOptions:
         box: "local" compares sizes before turning, as the paper's text says; "world" compares boxes along the
             world's axes with one template per category, as its published program does.
         solver: a name in `SOLVERS`.
+        certify: whether labels are added to those that the threshold keeps until the answer is proven to be
+            that with all labels. At threshold 1 it begins with those nearest to the detections. It solves by
+            itself, whatever the solver.
 
     Raises:
         OptionError: a value is out of its limits.
@@ -56,6 +59,7 @@ class SpatialOptions:
     gate_categories: bool = False
     box: Box = "local"
     solver: str = "lsap"
+    certify: bool = False
 
     def __post_init__(self) -> None:
         if not 0 <= self.threshold <= 1:
@@ -119,6 +123,8 @@ class SpatialReid:
         seen = snapshot.detections
         category = codes_of(seen.category, self._declared)
         candidates, sites, widened = self._candidates(snapshot.camera.position, category)
+        if self.options.certify:
+            return self._certify(seen, category, candidates, sites, widened)
         cost = self.cost_matrix(seen, candidates)
         if self.options.gate_categories:
             cost[self._forbidden(category, candidates)] = np.inf
@@ -135,6 +141,54 @@ class SpatialReid:
             given[column == UNASSIGNED] = np.nan
         assurance = partial(self._assure, seen, category, candidates, cost, column, names)
         return Identification(labels, given, names, sites, widened, solve_time, assurance)
+
+    def _certify(
+        self,
+        seen: Detections,
+        category: list[int],
+        candidates: IntArray | None,
+        sites: tuple[str, ...],
+        widened: bool,
+    ) -> Identification:
+        """The answer with all labels, from the candidates and those that have to be added to prove it."""
+        from farm_ar.reid.certified_pruning import nearest_labels, solve_certified
+
+        layout = self.scene.layout
+        distance = translation_cost(seen.position, layout.position, self._diagonal)
+        bound = self._translation_weight * distance  # turning and sizes only add to it
+        start = nearest_labels(distance) if candidates is None else candidates
+
+        def cost_of(chosen: IntArray) -> FloatArray:
+            cost = self.cost_matrix(seen, chosen)
+            if self.options.gate_categories:
+                cost[self._forbidden(category, chosen)] = np.inf
+            return cost
+
+        begin = time.perf_counter()
+        label, cost, chosen = solve_certified(cost_of, bound, start)
+        solve_time = time.perf_counter() - begin
+        column = np.where(label == UNASSIGNED, UNASSIGNED, np.searchsorted(chosen, label))
+        given = np.full(len(seen), np.nan)
+        assigned = column != UNASSIGNED
+        given[assigned] = cost[assigned, column[assigned]]
+        names = tuple([layout.labels[j] for j in chosen.tolist()])
+        labels = tuple([None if j == UNASSIGNED else layout.labels[j] for j in label.tolist()])
+        widened = widened or (candidates is not None and len(chosen) > len(candidates))
+
+        def assurance() -> Assurance:
+            every = cost_of(np.arange(len(layout)))  # margins are over all labels, as the answer is
+            return self._assure(seen, category, None, every, label, layout.labels)
+
+        return Identification(labels, given, names, sites, widened, solve_time, assurance)
+
+    def cost_terms(self, snapshot: Snapshot) -> dict[str, FloatArray]:
+        """The terms of the cost, (N, M) each, by name; they sum to `cost_matrix`."""
+        seen, layout = snapshot.detections, self.scene.layout
+        translation = translation_cost(seen.position, layout.position, self._diagonal)
+        distance = self._translation_weight * translation
+        turn = self._rotation_weight * rotation_cost(seen.yaw, layout.yaw)
+        size = (self._dimension(seen, self._kind) - 1) * (distance + turn)
+        return {"distance": distance, "turn": turn, "size": size}
 
     def _assure(
         self,
@@ -238,7 +292,7 @@ class SpatialReid:
             rotation_weight=float(self._rotation_weight),
             compare_sizes=self._compares_sizes,
             gate=bool(self.options.gate_categories),
-            threshold=float(self.options.threshold),
+            threshold=1.0 if self.options.certify else float(self.options.threshold),
         )
         answer = Answer(
             label=np.empty(shape, dtype=np.int64),

@@ -85,6 +85,19 @@ def test_the_likelihood_says_how_sure_it_is(run, identify, before, seen):
     assert all(f"{row[7]} {row[8]}" in shown for row in numbers)
 
 
+def test_a_label_that_is_not_sure_enough_is_withheld(identify):
+    sure = identify("--reid", "likelihood", "--min-confidence", ".9999")
+    assert None in sure["labels"]
+    assert identify("--reid", "likelihood")["labels"] != sure["labels"]
+
+
+@pytest.mark.parametrize("rule", ["spatial", "likelihood"])
+def test_a_detection_is_explained_on_request(run, identify, before, seen, rule):
+    output = run("identify", "--scene", before, "--snapshot", seen, "--reid", rule, "--explain", "d1").stdout
+    assert "\nd1 is dan, moved " in output
+    assert identify("--reid", rule, "--explain", "d1")["explanation"] in output
+
+
 def test_what_is_certified_is_told(run, before, tmp_path):
     scene = load_scene(before)
     snapshot, _ = observe(scene.layout, Camera(np.array([3.6, 0.3]), np.array(-0.8)))
@@ -200,6 +213,18 @@ def test_plot_leaves_json_alone(identify, tmp_path):
         (
             ["--reid", "guess"],
             f"OptionError: --reid: must be one of {', '.join(sorted(REIDENTIFIERS))}, got 'guess'",
+        ),
+        (
+            ["--reid", "nearest", "--explain", "d1"],
+            "OptionError: --explain: must be with --reid spatial or likelihood, got 'd1'",
+        ),
+        (
+            ["--min-confidence", ".5"],
+            "OptionError: --min-confidence: must not be given with --reid spatial",
+        ),
+        (
+            ["--explain", "d9"],
+            "SnapshotError: detection: must be one of d1, d2, d3, d4, d5, d6, or an index below 6, got 'd9'",
         ),
         (
             ["--reid", "nearest", "--threshold", ".5"],

@@ -1,0 +1,85 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from farm_ar.errors import SnapshotError
+from farm_ar.reid import LikelihoodOptions, LikelihoodReid, Motion, Rates, SpatialReid, explain
+from farm_ar.scenes import Camera, Detections, Layout, Scene, Snapshot, Weights
+
+
+@pytest.fixture
+def scene() -> Scene:
+    layout = Layout(
+        labels=("desk chair", "spare chair"),
+        category=("chair", "chair"),
+        position=np.array([[1.0, 1.0], [3.0, 1.0]]),
+        yaw=np.array([0.0, np.pi / 2]),
+        size=np.tile([0.4, 0.9, 0.5], (2, 1)),
+    )
+    return Scene("two chairs", (3.0, 4.0), layout, weights=Weights(2.5, 1.0))
+
+
+def snapshot(*places: tuple[float, float, float]) -> Snapshot:
+    values = np.array(places)
+    n = len(values)
+    size = np.tile([0.4, 0.9, 0.5], (n, 1))
+    seen = Detections(("chair",) * n, values[:, :2], np.deg2rad(values[:, 2]), size)
+    return Snapshot(Camera(np.array([2.0, -1.0]), np.array(0.0)), seen)
+
+
+def test_the_terms_of_the_papers_rule_sum_to_its_costs(make_scene, make_batch):
+    rng = np.random.default_rng(2)
+    scene = make_scene(rng)
+    reid, seen = SpatialReid(scene), make_batch(rng, scene).snapshot(1)
+    np.testing.assert_allclose(sum(reid.cost_terms(seen).values()), reid.cost_matrix(seen.detections))
+
+
+def test_an_explanation_says_what_speaks_for_a_label_and_what_against(scene):
+    # 1.2 m from its place and turned by 60 degrees; the other would have come .8 m and turned 30.
+    found = explain(SpatialReid(scene), snapshot((2.2, 1.0, 60.0), (3.0, 1.0, 90.0)), "0")
+    assert found.given is not None
+    assert found.runner_up is not None
+    assert (found.given.label, found.runner_up.label) == ("desk chair", "spare chair")
+    assert found.given.shift_m == pytest.approx(1.2)
+    assert found.given.turn_deg == pytest.approx(60.0)
+    assert dict(found.given.terms) == pytest.approx({"distance": 0.6, "turn": 0.5, "size": 0.0})
+    assert dict(found.runner_up.terms) == pytest.approx(
+        {"distance": 0.4, "turn": np.sin(np.pi / 12), "size": 0.0}
+    )
+    assert found.words() == (
+        "0 is desk chair, moved 1.20 m and turned 60°; it could be spare chair, moved 0.80 m and turned 30°. "
+        "Against it: turn (-0.24), distance (-0.20). spare chair alone would cost no more, but another "
+        "detection needs it."
+    )
+    plain = explain(SpatialReid(scene), snapshot((1.1, 1.0, 0.0)), 0).words()
+    assert plain.endswith("For desk chair: distance (+0.90), turn (+0.71).")
+
+
+def test_likelihoods_explain_what_was_not_seen(scene):
+    options = LikelihoodOptions(noise=(Motion(1.0, 0.5, 0.5),), rates=(Rates(1.0, 0.01, 0.01),))
+    found = explain(LikelihoodReid(scene, options), snapshot((1.6, 1.0, 20.0)), "0")
+    assert found.given is not None
+    assert found.given.label == "desk chair"
+    assert found.given.terms["its place is empty"] < 0
+    assert 0.5 < found.confidence <= 1
+    assert "it could be" not in found.words() or "spare chair" in found.words()
+
+
+def test_without_a_label_or_a_runner_up_there_is_little_to_say(scene):
+    options = LikelihoodOptions(noise=(Motion(1.0, 0.05, 0.1),), rates=(Rates(1.0, 0.01, 0.5),))
+    far = explain(LikelihoodReid(scene, options), snapshot((2.0, 3.5, 180.0)), 0)
+    assert far.given is None
+    assert far.words().startswith("0 is none of the labels (probability 1.00)")
+    one = Scene("one", (3.0, 4.0), scene.layout.subset([0]))
+    assert (
+        explain(SpatialReid(one), snapshot((1.0, 1.0, 0.0)), 0)
+        .words()
+        .endswith("without that label it would have none.")
+    )
+
+
+@pytest.mark.parametrize("detection", [2, -1, "seven"])
+def test_a_detection_that_there_is_not_is_refused(scene, detection):
+    with pytest.raises(SnapshotError, match="detection: must be one of 0, or an index below 1"):
+        explain(SpatialReid(scene), snapshot((1.0, 1.0, 0.0)), detection)
