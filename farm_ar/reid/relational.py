@@ -20,7 +20,7 @@ from farm_ar.reid.registration_kernels import concentration_of
 from farm_ar.reid.relational_groups import anchors_of, groups_of, usual_distance
 from farm_ar.reid.relational_options import Relation, RelationalOptions
 from farm_ar.reid.relational_records import Known
-from farm_ar.reid.relational_search import Explanation, Setting, explanations
+from farm_ar.reid.relational_search import Hypothesis, Setting, hypotheses
 from farm_ar.scenes import Camera, Detections, Scene, Snapshot
 
 _LEAST_WEIGHT = 1e-9
@@ -108,7 +108,7 @@ class RelationalReid(LikelihoodReid):
         setting = Setting(
             known, self.scene.layout.labels, self.shared, self._spacing, self._groups, self._anchors
         )
-        found_out = explanations(setting, eyes, found)
+        found_out = hypotheses(setting, eyes, found)
         evidence = np.array([one.log_prior + one.outcome.evidence for one in found_out])
         weight = np.exp(evidence - evidence.max())
         weight /= weight.sum()
@@ -129,7 +129,7 @@ class RelationalReid(LikelihoodReid):
                 self._told.append(replace(one.relation, probability=float(probability)))
 
 
-def _averaged(one: Explanation, weight: FloatArray, gone_rate: float) -> tuple[FloatArray, FloatArray]:
+def _averaged(one: Hypothesis, weight: FloatArray, gone_rate: float) -> tuple[FloatArray, FloatArray]:
     """(N, M + 1) probabilities of labels, (M,) of being gone: weighted by the (K,) weights of its models."""
     counts = weight > _LEAST_WEIGHT
     chance, unseen = one.outcome.chance[counts], one.outcome.unseen[counts]

@@ -51,7 +51,7 @@ LEAST_RATES = 0.05
 """Probability of rates of misses and false detections below which they are left out."""
 
 
-class Explanation(NamedTuple):
+class Hypothesis(NamedTuple):
     """A motion that things may have shared, the log of its prior, and what follows from it."""
 
     relation: Relation
@@ -92,7 +92,7 @@ class Setting(NamedTuple):
     anchors: Groups
 
 
-def explanations(setting: Setting, eyes: Eyes, found: Found) -> list[Explanation]:
+def hypotheses(setting: Setting, eyes: Eyes, found: Found) -> list[Hypothesis]:
     """All that may explain what was seen; the first is that each label moved alone.
 
     Args:
@@ -113,10 +113,10 @@ def explanations(setting: Setting, eyes: Eyes, found: Found) -> list[Explanation
     if options.drift > 0:
         for pivot in (raw.eyes.position.mean(axis=0), np.zeros(2)):
             log_prior = float(np.log(options.drift / 2)) + no_group
-            explanation, drifted = _drifted(setting, raw, still, pivot, use, log_prior, best.best)
-            result.append(explanation)
-            if explanation.best > best.best:
-                best, frame = explanation, drifted
+            hypothesis, drifted = _drifted(setting, raw, still, pivot, use, log_prior, best.best)
+            result.append(hypothesis)
+            if hypothesis.best > best.best:
+                best, frame = hypothesis, drifted
     if options.group > 0 and len(raw.nothing) > 1:
         log_prior = best.log_prior - no_group + float(np.log(options.group / labels))
         highest = best.best
@@ -129,7 +129,7 @@ def explanations(setting: Setting, eyes: Eyes, found: Found) -> list[Explanation
 def _worth_using(setting: Setting, alone: Outcome) -> BoolArray:
     """(K,) models to think of if things moved together: those with rates that are believed in.
 
-    Rates say nothing of how things moved, so that those which one explanation makes improbable are left out.
+    Rates say nothing of how things moved, so that those which one hypothesis makes improbable are left out.
     """
     models = setting.known.models
     rates = np.stack([models.detect_rate, models.none_rate], axis=-1)
@@ -141,13 +141,13 @@ def _worth_using(setting: Setting, alone: Outcome) -> BoolArray:
     return worth[which]
 
 
-def _alone(setting: Setting, frame: Frame, log_prior: float) -> Explanation:
+def _alone(setting: Setting, frame: Frame, log_prior: float) -> Hypothesis:
     """That each label moved alone: a group without members."""
     nobody = _group(setting, np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(2), 1.0, 1.0)
     outcome = _outcome(setting, frame.sight)
     room, every = _reach(setting, frame.sight, 0), np.ones(len(outcome.evidence), dtype=bool)
     fit_group(setting.known, frame.sight, frame.alone, nobody, room, every, 0, -np.inf, np.zeros(3), outcome)
-    return Explanation(Relation("alone", 0.0), log_prior, outcome)
+    return Hypothesis(Relation("alone", 0.0), log_prior, outcome)
 
 
 def _drifted(
@@ -158,19 +158,19 @@ def _drifted(
     use: BoolArray,
     log_prior: float,
     best: float,
-) -> tuple[Explanation, Frame]:
+) -> tuple[Hypothesis, Frame]:
     """That the frame drifted about a pivot, from the start that leads to the most."""
     options, labels = setting.options, np.arange(len(setting.names))
     turn_sd = float(np.deg2rad(options.drift_deg))
     everyone = _group(setting, labels, np.ones(len(labels)), pivot, options.drift_m, turn_sd)
-    reached: list[tuple[Explanation, Frame]] = []
+    reached: list[tuple[Hypothesis, Frame]] = []
     for motion in _drift_starts(setting, still, pivot, turn_sd):
         outcome, frame = _outcome(setting, raw), _frame(setting, _sight(raw.eyes, raw.found, 0, raw))
         floor = best - log_prior - NEGLIGIBLE
         fit_frame(setting.known, raw, everyone, use, STEPS, floor, motion, *frame, outcome)
-        explanation = Explanation(_relation("drift", everyone, motion), log_prior, outcome)
-        best = max(best, explanation.best)
-        reached.append((explanation, frame))
+        hypothesis = Hypothesis(_relation("drift", everyone, motion), log_prior, outcome)
+        best = max(best, hypothesis.best)
+        reached.append((hypothesis, frame))
     return max(reached, key=lambda one: one[0].best)
 
 
@@ -204,13 +204,13 @@ def _moved(
     use: BoolArray,
     log_prior: float,
     best: float,
-) -> Explanation:
+) -> Hypothesis:
     """That a group moved, by about a motion."""
     group, outcome = group_at(setting.known, setting.groups, q), _outcome(setting, frame.sight)
     room, floor = _reach(setting, frame.sight, len(group.label)), best - log_prior - NEGLIGIBLE
     fit_group(setting.known, frame.sight, frame.alone, group, room, use, STEPS, floor, motion, outcome)
     label = setting.names[group.label[0]]
-    return Explanation(_relation("group", group, motion, label), log_prior, outcome)
+    return Hypothesis(_relation("group", group, motion, label), log_prior, outcome)
 
 
 def _promising(setting: Setting, frame: Frame) -> list[tuple[int, FloatArray]]:
