@@ -44,7 +44,7 @@ DRIFT_M, DRIFT_TURN = 0.1, float(np.deg2rad(5.0))
 """Farthest that a frame drifts."""
 
 CALM, USUAL = (0.014, 15.0), (0.042, 30.0)
-"""SDs of how each label moves on its own, by the room's diagonal and in degrees: .1, .3 m in a room of 5 m."""
+"""SDs of how each label moves on its own, by the room's diagonal and in degrees: .1, .3 m in one of 7 m."""
 
 RULES: dict[str, Callable[[Scene], Reidentifier]] = {
     "paper": SpatialReid,
