@@ -8,7 +8,18 @@ from typing import Annotated
 
 import typer
 
-EXPERIMENTS = ("all", "table1", "table2", "table3", "fig5", "fig7", "fig9", "headroom")
+EXPERIMENTS = (
+    "all",
+    "table1",
+    "table2",
+    "table3",
+    "fig5",
+    "fig7",
+    "fig9",
+    "headroom",
+    "relations",
+    "sequences",
+)
 
 
 def reproduce(

@@ -17,7 +17,9 @@ from farm_ar.experiments.headroom import headroom
 from farm_ar.experiments.noise_sweep import fig5
 from farm_ar.experiments.overview import table1
 from farm_ar.experiments.pruning import fig9, table3
+from farm_ar.experiments.relations import relations
 from farm_ar.experiments.report import Report
+from farm_ar.experiments.sequences import sequences
 from farm_ar.experiments.setting import Setting, load_scenes
 from farm_ar.scenes.fields import write_text
 
@@ -29,14 +31,16 @@ EXPERIMENTS: dict[str, Callable[[Setting], Report]] = {
     "fig7": fig7,
     "fig9": fig9,
     "headroom": headroom,
+    "relations": relations,
+    "sequences": sequences,
 }
 """The experiments by name."""
 
-BEYOND_THE_PAPER = ("headroom",)
-"""What "all" leaves out: it takes long, and the paper has nothing like it."""
+BEYOND_THE_PAPER = ("headroom", "relations", "sequences")
+"""What "all" leaves out: they take long, and the paper has nothing like them."""
 
 QUICK_LAYOUTS, LAYOUTS = 5, 20
-OWN_LAYOUTS = {"headroom": (2, 24)}
+OWN_LAYOUTS = {"headroom": (2, 24), "relations": (1, 8), "sequences": (1, 6)}
 """Noisy layouts, quick or not, of the experiments that need another number."""
 
 
@@ -56,7 +60,8 @@ def reproduce(
         what: a name in `EXPERIMENTS`, or "all" for those of the paper.
         scenes: folder with L1.json to H2.json to use in place of the built-in scenes.
         out: folder for the files; made if need be.
-        layouts: noisy layouts for each noise level; 20 by default (headroom 24), 5 if quick (2).
+        layouts: noisy layouts for each noise level; 20 by default, 5 if quick, or as
+            `OWN_LAYOUTS` says.
         workers: threads; the results do not depend on it.
         seed: where all randomness comes from.
         quick: fewer layouts and rotation noises.

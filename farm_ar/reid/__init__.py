@@ -20,9 +20,13 @@ from farm_ar.reid.metrics import accuracy, batch_accuracy
 from farm_ar.reid.motion_models import DetectionNoise, Motion, motion_log_density
 from farm_ar.reid.noise_prior import NoisePrior, Rates
 from farm_ar.reid.pruning import site_distance, site_probability, sites_by_probability, within_site
+from farm_ar.reid.registration import Registration, RigidMotion, register
 from farm_ar.reid.registry import REIDENTIFIERS
+from farm_ar.reid.relational import RelationalReid
+from farm_ar.reid.relational_options import Relation, RelationalOptions
 from farm_ar.reid.solvers import SOLVERS, UNASSIGNED, solve_assignment
 from farm_ar.reid.spatial import TERMS, SpatialOptions, SpatialReid
+from farm_ar.reid.tracking import Tracking, Whereabouts, track
 
 __all__ = [
     "BASELINES",
@@ -46,9 +50,16 @@ __all__ = [
     "NoisePrior",
     "Posterior",
     "Rates",
+    "Registration",
     "Reidentifier",
+    "Relation",
+    "RelationalOptions",
+    "RelationalReid",
+    "RigidMotion",
     "SpatialOptions",
     "SpatialReid",
+    "Tracking",
+    "Whereabouts",
     "accuracy",
     "alternatives",
     "association_marginals",
@@ -57,6 +68,7 @@ __all__ = [
     "explain",
     "k_best",
     "motion_log_density",
+    "register",
     "rotation_cost",
     "site_distance",
     "site_probability",
@@ -64,6 +76,7 @@ __all__ = [
     "solve_assignment",
     "solve_certified",
     "total_cost",
+    "track",
     "translation_cost",
     "within_site",
 ]

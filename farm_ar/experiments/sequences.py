@@ -1,0 +1,221 @@
+"""Several snapshots along a path: how accuracy grows with their number."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from farm_ar.experiments.report import (
+    OTHER,
+    OURS,
+    PAPER,
+    TEXT_SIZE,
+    Comparison,
+    Report,
+    Row,
+    new_figure,
+    set_up_chart,
+)
+from farm_ar.experiments.setting import SCENES, Setting, path_cameras
+from farm_ar.reid import LikelihoodReid, Reidentifier, SpatialReid
+from farm_ar.reid.tracking import track
+from farm_ar.scenes import Detector, LayoutNoise, Scene, Snapshot, observe
+
+LENGTHS = (1, 2, 3, 4, 6, 8, 12, 16)
+"""Snapshots in a sequence."""
+
+NOISE = ((0.1, 30), (0.3, 30), (0.5, 60), (1.0, 60))
+"""SDs of how each label moved, metres and degrees: some of the paper's levels."""
+
+DETECTORS = {
+    "exact": Detector(),
+    "noisy": Detector(position_sd=0.03, yaw_sd=float(np.deg2rad(5.0)), miss_rate=0.05),
+}
+
+STARTS, QUICK_STARTS = 4, 1
+"""Sequences begun in each layout."""
+
+RULES: dict[str, Callable[[Scene], Reidentifier]] = {"paper": SpatialReid, "likelihood": LikelihoodReid}
+
+Truth = tuple[str | None, ...]
+
+
+class Unit(NamedTuple):
+    """One piece of the experiment: a scene, SDs of how labels moved in metres and degrees, and a detector."""
+
+    scene: str
+    translation: float
+    rotation: int
+    detector: str
+
+
+def units(quick: bool = False) -> list[Unit]:
+    """All pieces; the noisy detector at one level of noise only."""
+    levels = NOISE[1:2] if quick else NOISE
+    exact = [Unit(scene, t, r, "exact") for scene in SCENES for t, r in levels]
+    return exact + [Unit(scene, *NOISE[1], "noisy") for scene in SCENES]
+
+
+def run_unit(
+    unit: Unit,
+    scene: Scene,
+    layouts: int,
+    starts: int,
+    rng: np.random.Generator,
+    rules: Mapping[str, Callable[[Scene], Reidentifier]] = RULES,
+    lengths: tuple[int, ...] = LENGTHS,
+) -> list[Row]:
+    """A row for each rule and length: how right the answers are to all snapshots, and to the first.
+
+    A sequence begins where something is detected and goes on along the path, past its end from its start.
+
+    Args:
+        unit: what to run.
+        scene: the unit's scene.
+        layouts: how many noisy layouts.
+        starts: how many sequences in each.
+        rng: where the randomness comes from; all rules get the same snapshots.
+        rules: makes each rule, by name.
+        lengths: of the sequences, rising.
+    """
+    noise = LayoutNoise.of(unit.translation, unit.rotation)
+    sequences: list[list[tuple[Snapshot, Truth]]] = []
+    cameras = path_cameras(scene)
+    poses = len(cameras.yaw)
+    for _ in range(layouts):
+        noisy = noise.disturb(scene.layout, scene.size, rng)
+        for _ in range(starts):
+            begin = int(rng.integers(poses))
+            seen = [
+                observe(noisy, cameras.at((begin + step) % poses), DETECTORS[unit.detector], rng)
+                for step in range(poses)
+            ]
+            first = next((t for t, (_, truth) in enumerate(seen) if truth), 0)
+            sequences.append([seen[(first + step) % poses] for step in range(min(lengths[-1], poses))])
+    rows: list[Row] = []
+    for name, make in rules.items():
+        reid = make(scene)
+        for length in lengths:
+            scores = [_score(reid, sequence[:length]) for sequence in sequences]
+            every, early, objects, real = np.array(scores).T
+            rows.append(
+                {
+                    "scene": unit.scene,
+                    "translation_sd_m": unit.translation,
+                    "rotation_sd_deg": unit.rotation,
+                    "detector": unit.detector,
+                    "rule": name,
+                    "snapshots": length,
+                    "accuracy": float(np.nanmean(every)),
+                    "accuracy_of_first": float(np.nanmean(early)),
+                    "objects": float(objects.mean()),
+                    "real_objects": float(real.mean()),
+                    "sequences": len(sequences),
+                }
+            )
+    return rows
+
+
+def _score(reid: Reidentifier, sequence: list[tuple[Snapshot, Truth]]) -> tuple[float, float, float, float]:
+    """Share of right answers to all snapshots and to the first; objects told apart, and that there are."""
+    found = track(reid, [snapshot for snapshot, _ in sequence])
+    right = [
+        [given == true for given, true in zip(answer.labels, truth, strict=True)]
+        for answer, (_, truth) in zip(found.identifications, sequence, strict=True)
+    ]
+    every = [one for some in right for one in some]
+    real = {true for _, truth in sequence for true in truth}
+    mean = [float(np.mean(some)) if some else float("nan") for some in (every, right[0])]
+    return mean[0], mean[1], float(len(found.objects)), float(len(real))
+
+
+def sequences(setting: Setting) -> Report:
+    """Accuracy against the number of snapshots along each path."""
+    starts = QUICK_STARTS if setting.quick else STARTS
+    todo = units(setting.quick)
+
+    def work(unit: Unit) -> list[Row]:
+        key = (SCENES.index(unit.scene), round(unit.translation * 10), unit.rotation)
+        rng = setting.rng(13, *key, list(DETECTORS).index(unit.detector))
+        return run_unit(unit, setting.scenes[unit.scene], setting.layouts, starts, rng)
+
+    rows = [row for _, some in setting.each(todo, work) for row in some]
+    return Report(
+        "sequences",
+        f"Several snapshots along a path, {setting.layouts} layouts",
+        rows,
+        [
+            Comparison(
+                f"accuracy of the first snapshot's answer in the light of {length}",
+                f"{_mean(rows, 'paper', length, 'accuracy_of_first'):.3f}",
+                f"{_mean(rows, 'likelihood', length, 'accuracy_of_first'):.3f}",
+                f"all snapshots: {_mean(rows, 'likelihood', length, 'accuracy'):.3f}",
+            )
+            for length in LENGTHS
+        ],
+        _figure(rows),
+        note="Means over the six scenes and all levels of noise, exact detector. In the column of the paper "
+        "stands the paper's rule, run here on the objects told apart; ours is the likelihood rule.",
+        tables=_tables(rows),
+    )
+
+
+def _mean(
+    rows: list[Row], rule: str, length: int, what: str, detector: str = "exact", **only: object
+) -> float:
+    found = [
+        float(row[what] or 0.0)
+        for row in rows
+        if row["rule"] == rule
+        and row["snapshots"] == length
+        and row["detector"] == detector
+        and all(row[key] == value for key, value in only.items())
+    ]
+    return float(np.mean(found))
+
+
+def _tables(rows: list[Row]) -> str:
+    """The first snapshot's answer by scene, and all answers with a noisy detector beside an exact one."""
+    head = " | ".join(str(length) for length in LENGTHS)
+    lines = ["The first snapshot's answer, by scene, exact detector:", ""]
+    lines += [f"| scene | rule | {head} |", "|---" * (len(LENGTHS) + 2) + "|"]
+    for scene in SCENES:
+        for rule in RULES:
+            values = [_mean(rows, rule, length, "accuracy_of_first", scene=scene) for length in LENGTHS]
+            lines.append(f"| {scene} | {rule} | {' | '.join(f'{value:.3f}' for value in values)} |")
+    t, r = NOISE[1]
+    lines += ["", f"All answers at T {t}, R {r}, and objects told apart for each that there is:", ""]
+    lines += [f"| detector | rule | {head} |", "|---" * (len(LENGTHS) + 2) + "|"]
+    level = {"translation_sd_m": t, "rotation_sd_deg": r}
+    for detector in DETECTORS:
+        for rule in RULES:
+            values = [_mean(rows, rule, n, "accuracy", detector, **level) for n in LENGTHS]
+            lines.append(f"| {detector} | {rule} | {' | '.join(f'{value:.3f}' for value in values)} |")
+        told = [
+            _mean(rows, "paper", n, "objects", detector, **level)
+            / _mean(rows, "paper", n, "real_objects", detector, **level)
+            for n in LENGTHS
+        ]
+        lines.append(f"| {detector} | objects | {' | '.join(f'{value:.3f}' for value in told)} |")
+    return "\n".join(lines) + "\n"
+
+
+def _figure(rows: list[Row]) -> Figure:
+    figure = new_figure(7.6, 3.4)
+    left, right = figure.subplots(1, 2)
+    set_up_chart(left, "(a) mean of the six scenes", "snapshots", "accuracy")
+    for rule, colour in (("paper", PAPER), ("likelihood", OURS)):
+        for what, line, of in (("accuracy", "-", "all answers"), ("accuracy_of_first", "--", "the first's")):
+            values = [_mean(rows, rule, length, what) for length in LENGTHS]
+            left.plot(LENGTHS, values, line, marker=".", color=colour, label=f"{rule}, {of}")
+    set_up_chart(right, "(b) the first snapshot's answer, likelihood", "snapshots", "accuracy")
+    colours = (OURS, OTHER, "#5a9a68", "#8b5fa8", "#b3554f", "#4fa3a5")
+    for scene, colour in zip(SCENES, colours, strict=True):
+        values = [_mean(rows, "likelihood", n, "accuracy_of_first", scene=scene) for n in LENGTHS]
+        right.plot(LENGTHS, values, ".-", color=colour, label=scene)
+    for axes in (left, right):
+        axes.legend(frameon=False, fontsize=TEXT_SIZE - 1, ncols=2, loc="lower right")
+    return figure

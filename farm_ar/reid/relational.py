@@ -1,0 +1,174 @@
+"""Identities where things may have moved together, or the frame of the camera may have drifted."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from farm_ar.arrays import FloatArray, read_only
+from farm_ar.errors import SnapshotError
+from farm_ar.reid.identification import Identification
+from farm_ar.reid.likelihood import LikelihoodReid
+from farm_ar.reid.likelihood_kernels import decide
+from farm_ar.reid.likelihood_records import Answer, Eyes, Found, Labels
+from farm_ar.reid.registration_kernels import concentration_of
+from farm_ar.reid.relational_groups import anchors_of, groups_of, usual_distance
+from farm_ar.reid.relational_options import Relation, RelationalOptions
+from farm_ar.reid.relational_records import Known
+from farm_ar.reid.relational_search import Hypothesis, Setting, hypotheses
+from farm_ar.scenes import Camera, Detections, Scene, Snapshot
+
+_LEAST_WEIGHT = 1e-9
+
+
+class RelationalReid(LikelihoodReid):
+    """`LikelihoodReid` that also thinks of motions that things share.
+
+    Three kinds of explanation compete by evidence: each label moved alone; the frame in which cameras and
+    detections are given has drifted, by a small rigid motion; labels near one another moved as one, rigidly,
+    each with a probability that falls with its distance from the group's middle. Groups are looked for in
+    the likeliest frame, from every pair, and every two pairs, of label and detection. Each motion is fitted
+    together with the assignment, by expectation and maximisation, and weighs what its evidence, integrated
+    over the motions like it, says. Probabilities are averaged over all explanations.
+
+    Args:
+        scene: the reference layout and its room.
+        options: what is assumed.
+
+    Raises:
+        SceneError: the scene has no labels.
+    """
+
+    def __init__(self, scene: Scene, options: RelationalOptions | None = None) -> None:
+        self.shared = options or RelationalOptions()
+        super().__init__(scene, self.shared.alone)
+        self._spacing = usual_distance(scene)
+        self._groups, self._anchors = groups_of(scene, self.shared), anchors_of(scene, self.shared)
+        turns = [0.0, *sorted({motion.rotation_sd for motions in self._motions for motion in motions})]
+        seen = np.hypot(turns, self.options.detection.yaw_sd)
+        self._sharpness = read_only([concentration_of(float(sd)) for sd in seen], np.float64)
+        # Arrays that could be written to, like those that the kernels fill, so that these are compiled once.
+        self._own_labels = Labels(
+            **{name: np.array(values) for name, values in self._labels._asdict().items()}
+        )
+        self._between: Camera | None = None
+        self._told: list[Relation] | None = None
+
+    @classmethod
+    def without_relations(cls, reid: LikelihoodReid) -> RelationalReid:
+        """A rule that answers as `LikelihoodReid` does, and knows what several cameras see between them."""
+        return cls(reid.scene, RelationalOptions(alone=reid.options, drift=0.0, group=0.0))
+
+    def identify_objects(self, objects: Detections, cameras: Sequence[Camera]) -> Identification:
+        """The label of each object, all seen by one camera or another; see `identify`.
+
+        Raises:
+            SnapshotError: an object's category is not one of the scene's, there is no camera, or they differ
+                in their field of view or in whether their height is known.
+        """
+        # The same rule, told of more cameras than the snapshot's own.
+        rule = copy.copy(self)
+        rule._between = _batch(cameras)
+        return rule.identify(Snapshot(cameras[-1], objects))
+
+    def relations(self, snapshot: Snapshot) -> tuple[Relation, ...]:
+        """The motions that things may have shared in a snapshot, the most probable first.
+
+        Raises:
+            SnapshotError: a detection's category is not one of the scene's.
+        """
+        rule = copy.copy(self)
+        rule._told = []
+        rule.identify(snapshot)
+        return tuple(sorted(rule._told, key=lambda one: -one.probability))
+
+    def _answer(self, cameras: Camera, found: Found, details: bool) -> Answer:
+        answer = super()._answer(cameras, found, details=True)
+        for b in range(len(found.number)):
+            n = int(found.number[b])
+            if n:
+                eyes = _batch([cameras.at(b)]) if self._between is None else self._between
+                self._relate(eyes, _repeated(found, b, n, len(eyes.yaw)), answer, b)
+        if details:
+            return answer
+        return answer._replace(
+            probability=answer.probability[:0], gone=answer.gone[:0], posterior=answer.posterior[:0]
+        )
+
+    def _relate(self, cameras: Camera, found: Found, answer: Answer, b: int) -> None:
+        """Replace row b of an answer, which knows of one camera and no relations, by one that does."""
+        height = np.zeros(len(cameras.yaw)) if cameras.height is None else np.array(cameras.height)
+        eyes = Eyes(np.array(cameras.position), np.array(cameras.yaw), np.array(cameras.pitch), height)
+        known = Known(self._own_labels, self._models, self._detecting, self._view(cameras), self._sharpness)
+        setting = Setting(
+            known, self.scene.layout.labels, self.shared, self._spacing, self._groups, self._anchors
+        )
+        found_out = hypotheses(setting, eyes, found)
+        evidence = np.array([one.log_prior + one.outcome.evidence for one in found_out])
+        weight = np.exp(evidence - evidence.max())
+        weight /= weight.sum()
+        share = weight.sum(axis=1)
+        n = found.yaw.shape[1]
+        every = [
+            _averaged(one, w, self._detecting.gone_rate) for one, w in zip(found_out, weight, strict=True)
+        ]
+        if self._between is None:
+            # What was found of labels that move alone is exact where that can be.
+            every[0] = share[0] * answer.probability[b, :n], share[0] * answer.gone[b]
+        answer.probability[b, :n] = sum(probability for probability, _ in every)
+        answer.gone[b] = sum(gone for _, gone in every)
+        answer.posterior[b] = weight.sum(axis=0)
+        decide(answer.probability[b, :n], float(self.options.min_confidence), answer, b)
+        if self._told is not None:
+            for one, probability in zip(found_out, share, strict=True):
+                self._told.append(replace(one.relation, probability=float(probability)))
+
+
+def _averaged(one: Hypothesis, weight: FloatArray, gone_rate: float) -> tuple[FloatArray, FloatArray]:
+    """(N, M + 1) probabilities of labels, (M,) of being gone: weighted by the (K,) weights of its models."""
+    counts = weight > _LEAST_WEIGHT
+    chance, unseen = one.outcome.chance[counts], one.outcome.unseen[counts]
+    gone = (1.0 - chance[:, :, :-1].sum(axis=1)) * gone_rate / unseen
+    return np.tensordot(weight[counts], chance, 1), weight[counts] @ gone
+
+
+def _repeated(found: Found, b: int, n: int, rows: int) -> Found:
+    """The detections of one snapshot, as often as there are cameras."""
+
+    def repeat(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        return np.repeat(values[b : b + 1, :n], rows, axis=0)
+
+    return Found(
+        number=np.full(rows, n),
+        position=repeat(found.position),
+        yaw=repeat(found.yaw),
+        category=repeat(found.category),
+        sides=repeat(found.sides),
+        half=repeat(found.half),
+    )
+
+
+def _batch(cameras: Sequence[Camera]) -> Camera:
+    """Cameras as a batch."""
+    if not cameras:
+        raise SnapshotError("cameras", "must be at least one", len(cameras))
+    first = cameras[0]
+    for i, camera in enumerate(cameras):
+        if camera.fov != first.fov:
+            raise SnapshotError(f"cameras[{i}].fov", f"must be the first one's, {first.fov}", camera.fov)
+        if (camera.height is None) != (first.height is None):
+            raise SnapshotError(f"cameras[{i}].height", "must be known of all or of none", camera.height)
+    return replace(
+        first,
+        position=np.stack([one.position for one in cameras]),
+        yaw=np.stack([one.yaw for one in cameras]),
+        height=None
+        if first.height is None
+        else np.stack([one.height for one in cameras if one.height is not None]),
+        pitch=np.stack([one.pitch for one in cameras]),
+    )

@@ -1,0 +1,311 @@
+"""Looking for motions that things shared in a snapshot, and what each makes of it."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from farm_ar.arrays import BoolArray, FloatArray, IntArray
+from farm_ar.reid.likelihood_records import Eyes, Found, Labels
+from farm_ar.reid.registration import RigidMotion
+from farm_ar.reid.registration_kernels import concentration_of
+from farm_ar.reid.relational_kernels import (
+    best_motions,
+    fit_frame,
+    fit_group,
+    group_at,
+    look,
+    reach_labels,
+    weigh_alone,
+)
+from farm_ar.reid.relational_options import Relation, RelationalOptions
+from farm_ar.reid.relational_records import Alone, Group, Groups, Known, Outcome, Reach, Search, Sight
+
+STEPS = 4
+"""Most steps in which a motion is improved."""
+
+NEGLIGIBLE = 8.0
+"""By how much, in logarithms, evidence may fall short of the best and still count."""
+
+SPREADS, TURN = (0.15, 0.4), float(np.deg2rad(15))
+"""Scales at which motions are compared: SDs of places, by the labels' usual distance, and of headings."""
+
+TOLERANCE, APART = 0.25, 0.3
+"""By the labels' usual distance: how well two pairs must agree; from where on two motions differ."""
+
+WIDE = 0.05
+"""Share of the labels that may have moved far, when motions are compared."""
+
+LIMIT = 3.0
+"""SDs within which motions are looked for."""
+
+NEAR = 2.0
+"""Distance of a camera from a pivot, metres, up to which turning about it does not move what is seen far."""
+
+KEPT_SEEDS = 5
+"""Motions of each group that are compared with others'."""
+
+LEAST_RATES = 0.05
+"""Probability of rates of misses and false detections below which they are left out."""
+
+
+class Hypothesis(NamedTuple):
+    """A motion that things may have shared, the log of its prior, and what follows from it."""
+
+    relation: Relation
+    log_prior: float
+    outcome: Outcome
+
+    @property
+    def best(self) -> float:
+        """Log of the prior and evidence of the most probable model."""
+        return self.log_prior + float(self.outcome.evidence.max())
+
+
+class Frame(NamedTuple):
+    """Detections in a frame, and what is known of labels that move alone in it."""
+
+    sight: Sight
+    reach: Reach
+    alone: Alone
+
+
+class Setting(NamedTuple):
+    """What motions are looked for with.
+
+    Args:
+        known: the labels and models.
+        names: of the labels.
+        options: what is assumed.
+        spacing: usual distance of a label to the nearest other one, metres.
+        groups: those that may have moved.
+        anchors: all labels, around each that is fixed.
+    """
+
+    known: Known
+    names: tuple[str, ...]
+    options: RelationalOptions
+    spacing: float
+    groups: Groups
+    anchors: Groups
+
+
+def hypotheses(setting: Setting, eyes: Eyes, found: Found) -> list[Hypothesis]:
+    """All that may explain what was seen; the first is that each label moved alone.
+
+    Args:
+        setting: what motions are looked for with.
+        eyes: the cameras between which the detections were seen.
+        found: the detections, one row for each camera, all alike.
+    """
+    options, labels = setting.options, len(setting.names)
+    raw = _sight(eyes, found, labels)
+    look(setting.known, raw)
+    frame = _frame(setting, raw)
+    reach_labels(setting.known, setting.known.labels, raw, frame.reach)
+    weigh_alone(setting.known, raw, frame.reach, frame.alone)
+    no_group = float(np.log1p(-options.group))
+    result = [_alone(setting, frame, float(np.log1p(-options.drift)) + no_group)]
+    best, still = result[0], frame
+    use = _worth_using(setting, best.outcome)
+    if options.drift > 0:
+        for pivot in (raw.eyes.position.mean(axis=0), np.zeros(2)):
+            log_prior = float(np.log(options.drift / 2)) + no_group
+            hypothesis, drifted = _drifted(setting, raw, still, pivot, use, log_prior, best.best)
+            result.append(hypothesis)
+            if hypothesis.best > best.best:
+                best, frame = hypothesis, drifted
+    if options.group > 0 and len(raw.nothing) > 1:
+        log_prior = best.log_prior - no_group + float(np.log(options.group / labels))
+        highest = best.best
+        for q, motion in _promising(setting, frame):
+            result.append(_moved(setting, frame, q, motion, use, log_prior, highest))
+            highest = max(highest, result[-1].best)
+    return result
+
+
+def _worth_using(setting: Setting, alone: Outcome) -> BoolArray:
+    """(K,) models to think of if things moved together: those with rates that are believed in.
+
+    Rates say nothing of how things moved, so that those which one hypothesis makes improbable are left out.
+    """
+    models = setting.known.models
+    rates = np.stack([models.detect_rate, models.none_rate], axis=-1)
+    _, which = np.unique(rates, axis=0, return_inverse=True)
+    which = which.reshape(-1)
+    total = np.bincount(which, np.exp(alone.evidence - alone.evidence.max()))
+    prior = np.bincount(which, np.exp(models.log_prior))
+    worth: BoolArray = (total > LEAST_RATES * total.sum()) | (prior == prior.max())
+    return worth[which]
+
+
+def _alone(setting: Setting, frame: Frame, log_prior: float) -> Hypothesis:
+    """That each label moved alone: a group without members."""
+    nobody = _group(setting, np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(2), 1.0, 1.0)
+    outcome = _outcome(setting, frame.sight)
+    room, every = _reach(setting, frame.sight, 0), np.ones(len(outcome.evidence), dtype=bool)
+    fit_group(setting.known, frame.sight, frame.alone, nobody, room, every, 0, -np.inf, np.zeros(3), outcome)
+    return Hypothesis(Relation("alone", 0.0), log_prior, outcome)
+
+
+def _drifted(
+    setting: Setting,
+    raw: Sight,
+    still: Frame,
+    pivot: FloatArray,
+    use: BoolArray,
+    log_prior: float,
+    best: float,
+) -> tuple[Hypothesis, Frame]:
+    """That the frame drifted about a pivot, from the start that leads to the most."""
+    options, labels = setting.options, np.arange(len(setting.names))
+    turn_sd = float(np.deg2rad(options.drift_deg))
+    everyone = _group(setting, labels, np.ones(len(labels)), pivot, options.drift_m, turn_sd)
+    reached: list[tuple[Hypothesis, Frame]] = []
+    for motion in _drift_starts(setting, still, pivot, turn_sd):
+        outcome, frame = _outcome(setting, raw), _frame(setting, _sight(raw.eyes, raw.found, 0, raw))
+        floor = best - log_prior - NEGLIGIBLE
+        fit_frame(setting.known, raw, everyone, use, STEPS, floor, motion, *frame, outcome)
+        hypothesis = Hypothesis(_relation("drift", everyone, motion), log_prior, outcome)
+        best = max(best, hypothesis.best)
+        reached.append((hypothesis, frame))
+    return max(reached, key=lambda one: one[0].best)
+
+
+def _drift_starts(setting: Setting, still: Frame, pivot: FloatArray, turn_sd: float) -> list[FloatArray]:
+    """Where to begin: no drift; turned either way about what is far; what takes a fixed label to a detection.
+
+    What is fixed shows the drift as exactly as it is detected, but only from close by.
+    """
+    near = np.linalg.norm(still.sight.eyes.position - pivot, axis=-1).max() < NEAR
+    starts = [np.array([0.0, 0.0, sign * turn_sd]) for sign in ((0.0,) if near else (0.0, -1.0, 1.0))]
+    if not len(setting.anchors.size):
+        return starts
+    away = float(np.linalg.norm(still.sight.found.position[0] - pivot, axis=-1).max())
+    longest = LIMIT * float(np.hypot(setting.options.drift_m, away * turn_sd))
+    search = _search(setting, SPREADS[-1], longest, LIMIT * turn_sd)
+    best = np.empty((len(setting.anchors.size), 1, 4))
+    best_motions(setting.known, search, still.sight, still.reach, setting.anchors, best)
+    for q, (score, *motion) in enumerate(best[:, 0].tolist()):
+        if score > -np.inf:
+            place = setting.known.labels.position[setting.anchors.label[q, 0]]
+            about = RigidMotion(place, np.array(motion[:2]), np.array(motion[2])).about(pivot)
+            starts.append(np.array([*about.shift, about.turn]))
+    return starts
+
+
+def _moved(
+    setting: Setting,
+    frame: Frame,
+    q: int,
+    motion: FloatArray,
+    use: BoolArray,
+    log_prior: float,
+    best: float,
+) -> Hypothesis:
+    """That a group moved, by about a motion."""
+    group, outcome = group_at(setting.known, setting.groups, q), _outcome(setting, frame.sight)
+    room, floor = _reach(setting, frame.sight, len(group.label)), best - log_prior - NEGLIGIBLE
+    fit_group(setting.known, frame.sight, frame.alone, group, room, use, STEPS, floor, motion, outcome)
+    label = setting.names[group.label[0]]
+    return Hypothesis(_relation("group", group, motion, label), log_prior, outcome)
+
+
+def _promising(setting: Setting, frame: Frame) -> list[tuple[int, FloatArray]]:
+    """The most promising motions of groups that differ: which group, and the motion."""
+    every: list[tuple[float, int, FloatArray]] = []
+    if not len(setting.groups.size):
+        return []
+    turn_sd = float(np.deg2rad(setting.options.group_deg))
+    shift_sd = float(setting.groups.shift_precision[0] ** -0.5)
+    for spread in SPREADS:
+        search = _search(setting, spread, LIMIT * shift_sd, LIMIT * turn_sd)
+        best = np.empty((len(setting.groups.size), KEPT_SEEDS, 4))
+        best_motions(setting.known, search, frame.sight, frame.reach, setting.groups, best)
+        every += [
+            (float(row[0]), q, row[1:]) for q, rows in enumerate(best) for row in rows if row[0] > -np.inf
+        ]
+    every.sort(key=lambda one: -one[0])
+    chosen: list[tuple[int, FloatArray]] = []
+    for _, q, motion in every:
+        if len(chosen) >= setting.options.tried:
+            break
+        if not any(_alike(setting, q, motion, *other) for other in chosen):
+            chosen.append((q, motion.copy()))
+    return chosen
+
+
+def _search(setting: Setting, spread: float, longest: float, most_turned: float) -> Search:
+    known = setting.known
+    spreads, sharpness = known.models.translation_sd[1:], known.sharpness[1:]
+    return Search(
+        translation_scale=1 + int(np.abs(spreads - spread * setting.spacing).argmin()),
+        rotation_scale=1 + int(np.abs(sharpness - concentration_of(TURN)).argmin()),
+        wide=WIDE,
+        longest=longest,
+        most_turned=min(most_turned, np.pi),
+        tolerance=TOLERANCE * setting.spacing,
+    )
+
+
+def _alike(setting: Setting, q: int, motion: FloatArray, other: int, second: FloatArray) -> bool:
+    """Whether a group's motion and another's take its middle to about the same pose."""
+    middle, end = (setting.known.labels.position[setting.groups.label[one, 0]] for one in (q, other))
+    x, z = middle - end
+    sine, cosine = math.sin(second[2]), math.cos(second[2])
+    dx = cosine * x + sine * z + second[0] - x - motion[0]
+    dz = cosine * z - sine * x + second[1] - z - motion[1]
+    turn = abs((motion[2] - second[2] + math.pi) % (2 * math.pi) - math.pi)
+    return math.hypot(dx, dz) < APART * setting.spacing and turn < TURN
+
+
+def _group(
+    setting: Setting, index: IntArray, member: FloatArray, pivot: FloatArray, shift_sd: float, turn_sd: float
+) -> Group:
+    known = setting.known.labels
+    labels = Labels(
+        position=known.position[index],
+        yaw=known.yaw[index],
+        elevation=known.elevation[index],
+        category=known.category[index],
+        sides=known.sides[index],
+        period=known.period[index],
+        table=known.table[index],
+        fixed=known.fixed[index],
+        room=known.room,
+    )
+    return Group(index, member, labels, np.array(pivot), shift_sd**-2, turn_sd**-2)
+
+
+def _relation(kind: str, group: Group, motion: FloatArray, label: str | None = None) -> Relation:
+    x, z, turn = motion.tolist()
+    return Relation(kind, 0.0, (float(group.pivot[0]), float(group.pivot[1])), (x, z), turn, label)
+
+
+def _sight(eyes: Eyes, found: Found, labels: int, like: Sight | None = None) -> Sight:
+    """Cameras and detections whose poses may be changed; the looks are to be filled in, or another's."""
+    eyes = eyes._replace(position=eyes.position.copy(), yaw=eyes.yaw.copy())
+    found = found._replace(position=found.position.copy(), yaw=found.yaw.copy())
+    if like is not None:
+        return Sight(eyes, found, like.like, like.nothing)
+    n = found.yaw.shape[1]
+    return Sight(eyes, found, np.empty((n, labels)), np.empty(n))
+
+
+def _frame(setting: Setting, sight: Sight) -> Frame:
+    k, (n, m) = len(setting.known.models.log_prior), sight.like.shape
+    alone = Alone(np.empty((k, n, m)), np.empty((k, m)), np.empty((k, n, m)), np.empty((k, m)))
+    return Frame(sight, _reach(setting, sight, m), alone)
+
+
+def _reach(setting: Setting, sight: Sight, labels: int) -> Reach:
+    models, n = setting.known.models, len(sight.nothing)
+    shifts, turns = len(models.translation_sd), len(models.heading)
+    return Reach(np.empty((shifts, n, labels)), np.empty((turns, n, labels)), np.empty((shifts, labels)))
+
+
+def _outcome(setting: Setting, sight: Sight) -> Outcome:
+    k, (n, m) = len(setting.known.models.log_prior), sight.like.shape
+    return Outcome(np.empty(k), np.zeros((k, n, m + 1)), np.ones((k, m)))

@@ -1,0 +1,224 @@
+"""Several snapshots of a world that does not change between them, fused into one answer."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from farm_ar.arrays import FloatArray, IntArray, Record, read_only
+from farm_ar.errors import SnapshotError
+from farm_ar.reid.association import Association, associate, mean_yaw
+from farm_ar.reid.identification import Assurance, Identification, Reidentifier
+from farm_ar.reid.likelihood import LikelihoodReid
+from farm_ar.reid.relational import RelationalReid
+from farm_ar.reid.spatial import SpatialReid
+from farm_ar.scenes import UNKNOWN, Camera, Detections, Snapshot
+
+
+@runtime_checkable
+class SequenceReidentifier(Reidentifier, Protocol):
+    """A re-identifier that knows what several cameras have seen between them."""
+
+    def identify_objects(self, objects: Detections, cameras: Sequence[Camera]) -> Identification:
+        """The label of each object, all detected from one camera or another."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Tracking(Record):
+    """What T snapshots say together: K objects, and which label each is.
+
+    Args:
+        identifications: the answer to each snapshot in the light of all.
+        objects: what was detected, each once: the mean of its detections.
+        object_of: T arrays, which object each detection is of.
+        position_sd: (K,) of each coordinate of an object's place, metres; NaN after a single snapshot.
+        yaw_sd: (K,) of its heading, radians; likewise.
+        identification: the answer for the objects. Its `probability` is what each label is believed to be.
+    """
+
+    identifications: tuple[Identification, ...]
+    objects: Detections
+    object_of: tuple[IntArray, ...]
+    position_sd: FloatArray
+    yaw_sd: FloatArray
+    identification: Identification
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "object_of", tuple(read_only(one, np.int64) for one in self.object_of))
+        for name in ("position_sd", "yaw_sd"):
+            object.__setattr__(self, name, read_only(getattr(self, name), np.float64))
+
+    def whereabouts(self, label: str) -> Whereabouts:
+        """Where a label is believed to be.
+
+        Raises:
+            SnapshotError: it is not one of the labels considered.
+        """
+        answer = self.identification
+        candidates = answer.candidates
+        if label not in candidates:
+            raise SnapshotError("label", f"must be one of {', '.join(candidates)}", label)
+        if answer.probability is not None:
+            probability = answer.probability[:, candidates.index(label)]
+        else:
+            probability = np.array([1.0 if given == label else 0.0 for given in answer.labels])
+        return Whereabouts(label, probability, self.objects.position, self.objects.yaw)
+
+
+@dataclass(frozen=True, eq=False)
+class Whereabouts(Record):
+    """Where one label is believed to be: a distribution over K objects, and not having been seen.
+
+    Args:
+        label: whose.
+        probability: (K,) of its being each object; what they lack of 1 is that it was not seen.
+        position: (K, 2) of the objects, metres.
+        yaw: (K,) radians.
+    """
+
+    label: str
+    probability: FloatArray
+    position: FloatArray
+    yaw: FloatArray
+
+    def __post_init__(self) -> None:
+        for name in ("probability", "position", "yaw"):
+            object.__setattr__(self, name, read_only(getattr(self, name), np.float64))
+
+    @property
+    def unseen(self) -> float:
+        """Probability that it was not seen."""
+        return max(0.0, 1.0 - float(self.probability.sum()))
+
+    @property
+    def likeliest(self) -> int | None:
+        """The object that it most probably is; None if it was more probably not seen."""
+        if not len(self.probability) or self.probability.max() < self.unseen:
+            return None
+        return int(self.probability.argmax())
+
+
+def track(reid: Reidentifier, snapshots: Sequence[Snapshot]) -> Tracking:
+    """Identify what several snapshots show, together.
+
+    Nothing is taken to move between the snapshots, which may come in any order. Their detections are first
+    grouped into objects (`associate`); these are then identified at once, so that no label is given to two
+    objects of the whole sequence, and every snapshot is answered in the light of all others, earlier ones
+    and later ones. One snapshot gives exactly what `identify` gives.
+
+    The rule may have a method `identify_objects`, which is told all cameras. For one that has not, the
+    objects are a snapshot from the last camera; `SpatialReid` then considers all sites.
+
+    Args:
+        reid: the rule.
+        snapshots: at least one; some may be empty.
+
+    Raises:
+        SnapshotError: there is no snapshot, or the rule refuses one.
+    """
+    if not snapshots:
+        raise SnapshotError("snapshots", "must be at least one", len(snapshots))
+    if len(snapshots) == 1:
+        return _alone(reid.identify(snapshots[0]), snapshots[0])
+    found = _associated(snapshots)
+    count = np.array([len(one.detections) for one in snapshots])
+    object_of = tuple(np.split(found.object_of, np.cumsum(count)[:-1]))
+    objects, number = _fused(snapshots, found.object_of)
+    answer = _identify(reid, objects, [one.camera for one in snapshots])
+    return Tracking(
+        identifications=tuple(_share(answer, index) for index in object_of),
+        objects=objects,
+        object_of=object_of,
+        position_sd=found.position_sd / np.sqrt(number),
+        yaw_sd=found.yaw_sd / np.sqrt(number),
+        identification=answer,
+    )
+
+
+def _alone(answer: Identification, snapshot: Snapshot) -> Tracking:
+    """What one snapshot says: how exact its poses are cannot be told."""
+    n = len(snapshot.detections)
+    nothing = np.full(n, np.nan)
+    return Tracking((answer,), snapshot.detections, (np.arange(n),), nothing, nothing, answer)
+
+
+def _identify(reid: Reidentifier, objects: Detections, cameras: Sequence[Camera]) -> Identification:
+    if isinstance(reid, SequenceReidentifier):
+        return reid.identify_objects(objects, cameras)
+    if isinstance(reid, LikelihoodReid):
+        return RelationalReid.without_relations(reid).identify_objects(objects, cameras)
+    if isinstance(reid, SpatialReid) and reid.options.threshold < 1:
+        # Its sites are those near one camera; objects seen from another must keep their labels.
+        reid = type(reid)(reid.scene, replace(reid.options, threshold=1.0))
+    return reid.identify(Snapshot(cameras[-1], objects))
+
+
+def _associated(snapshots: Sequence[Snapshot]) -> Association:
+    seen = [one.detections for one in snapshots]
+    names = sorted({name for one in seen for name in one.category if name is not None})
+    codes = {name: code for code, name in enumerate(names)} | {None: UNKNOWN}
+    position = np.concatenate([one.position for one in seen])
+    return associate(
+        np.repeat(np.arange(len(seen)), [len(one) for one in seen]),
+        np.array([codes[name] for one in seen for name in one.category], dtype=np.int64),
+        position,
+        np.concatenate([one.yaw for one in seen]),
+        np.log(np.concatenate([one.size for one in seen])),
+        _area(position, [one.camera for one in snapshots]),
+    )
+
+
+def _area(position: FloatArray, cameras: Sequence[Camera]) -> float:
+    """Area over which the objects may be strewn: a box around the cameras and all they saw, square metres."""
+    points = np.concatenate([position, np.array([camera.position for camera in cameras])])
+    reach = max(camera.fov.range_m for camera in cameras)
+    width, depth = np.ptp(points, axis=0) + reach
+    return float(width * depth)
+
+
+def _fused(snapshots: Sequence[Snapshot], object_of: IntArray) -> tuple[Detections, FloatArray]:
+    """The objects, each at the mean of its detections, and of how many detections each is."""
+    seen = [one.detections for one in snapshots]
+    category = [name for one in seen for name in one.category]
+    every = {
+        name: np.concatenate([getattr(one, name) for one in seen])
+        for name in ("position", "yaw", "size", "elevation", "confidence")
+    }
+    number = np.bincount(object_of).astype(np.float64) if len(object_of) else np.zeros(0)
+    groups = [np.flatnonzero(object_of == k) for k in range(len(number))]
+    known = [[category[i] for i in group if category[i] is not None] for group in groups]
+    objects = Detections(
+        category=tuple(names[0] if names else None for names in known),
+        position=np.array([every["position"][group].mean(axis=0) for group in groups]),
+        yaw=np.array([mean_yaw(every["yaw"][group]) for group in groups]),
+        size=np.array([np.exp(np.log(every["size"][group]).mean(axis=0)) for group in groups]),
+        elevation=np.array([every["elevation"][group].mean() for group in groups]),
+        confidence=np.array([every["confidence"][group].max() for group in groups]),
+    )
+    return objects, number
+
+
+def _share(answer: Identification, index: IntArray) -> Identification:
+    """The answer for some of the objects."""
+
+    def assured() -> Assurance:
+        probability = answer.probability
+        return Assurance(
+            margin=answer.margin[index],
+            runner_up=tuple(answer.runner_up[i] for i in index),
+            confidence=answer.confidence[index],
+            probability=None if probability is None else probability[index],
+            gone=answer.gone,
+            warnings=answer.warnings,
+        )
+
+    return replace(
+        answer,
+        labels=tuple(answer.labels[i] for i in index),
+        cost=answer.cost[index],
+        assurance=assured,
+    )

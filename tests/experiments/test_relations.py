@@ -1,0 +1,88 @@
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from farm_ar.experiments import relations as module
+from farm_ar.experiments.relations import (
+    PATTERNS,
+    Unit,
+    calibration_error,
+    drifted,
+    group_moved,
+    relations,
+    run_unit,
+    units,
+)
+from farm_ar.experiments.setting import SCENES, Setting
+from farm_ar.reid import LastKnownReid, LikelihoodReid, RelationalReid
+from farm_ar.scenes import builtin_scene
+
+M2 = builtin_scene("M2")
+RULES = {"likelihood": LikelihoodReid, "relational": RelationalReid}
+
+
+def test_the_units_are_all_patterns_in_all_scenes_and_on_the_farm() -> None:
+    assert len(units()) == len(set(units())) == 7 * len(PATTERNS)
+
+
+@pytest.mark.parametrize("scene", ["M2", "farm"])
+@pytest.mark.parametrize("pattern", PATTERNS)
+def test_a_pattern_gives_some_snapshots_of_two_objects_or_more(scene: str, pattern: str) -> None:
+    batch = PATTERNS[pattern](builtin_scene(scene), 2, 3, np.random.default_rng(0))
+    assert 0 < len(batch) <= 6
+    assert (batch.count >= 2).all()
+
+
+def test_a_moved_group_keeps_its_shape_and_is_seen() -> None:
+    batch = group_moved(M2, 4, 3, np.random.default_rng(1))
+    assert batch.truth is not None
+    shapes = []
+    for b in range(len(batch)):
+        n = int(batch.count[b])
+        before = M2.layout.position[batch.truth[b, :n]]
+        far = np.linalg.norm(batch.position[b, :n] - before, axis=-1) > 0.4
+        if far.sum() >= 2:
+            apart, was = (
+                np.linalg.norm(place[far][:, None] - place[far], axis=-1)
+                for place in (batch.position[b, :n], before)
+            )
+            shapes.append(np.abs(apart - was).max())
+    assert len(shapes) > 2
+    assert np.median(shapes) < 0.5
+
+
+def test_a_drift_leaves_everything_where_the_camera_sees_it() -> None:
+    rng = np.random.default_rng(2)
+    calm = PATTERNS["calm"](M2, 2, 3, rng)
+    after = drifted(calm, calm.camera.position, rng)
+    for b in range(len(calm)):
+        n = int(calm.count[b])
+        far = [np.linalg.norm(one.position[b, :n] - one.camera.position[b], axis=-1) for one in (calm, after)]
+        assert_allclose(far[0], far[1])
+        assert_allclose(
+            calm.yaw[b, :n] - calm.camera.yaw[b], after.yaw[b, :n] - after.camera.yaw[b], atol=1e-12
+        )
+    assert np.linalg.norm(after.camera.position - calm.camera.position, axis=-1).max() <= 0.1 + 1e-12
+
+
+def test_calibration_error_is_the_mean_distance_from_what_was_right() -> None:
+    sure, right = np.array([0.95, 0.95, 0.55, 0.55]), np.array([True, False, True, True])
+    assert_allclose(calibration_error(sure, right), (abs(1.9 - 1) + abs(1.1 - 2)) / 4)
+    assert np.isnan(calibration_error(np.array([np.nan]), np.array([True])))
+
+
+def test_rows_are_of_each_rule_and_the_same_for_the_same_randomness() -> None:
+    unit = Unit("M2", "group moved")
+    first, second = (run_unit(unit, M2, 1, 2, np.random.default_rng(3), RULES) for _ in range(2))
+    assert first == second
+    assert [row["rule"] for row in first] == ["likelihood", "relational"]
+
+
+def test_the_report_has_every_pattern(monkeypatch: pytest.MonkeyPatch) -> None:
+    quick = {"paper": LastKnownReid, "likelihood": LastKnownReid, "relational": LastKnownReid}
+    monkeypatch.setattr(module.run_unit, "__defaults__", (quick,))
+    setting = Setting({name: builtin_scene(name) for name in SCENES}, layouts=1, quick=True)
+    report = relations(setting)
+    assert [one.what for one in report.comparisons] == [f"accuracy, {name}" for name in PATTERNS]
+    assert len(report.rows) == len(units()) * 3
+    assert "| frame turned | relational |" in report.tables

@@ -1,0 +1,41 @@
+import numpy as np
+import pytest
+
+from farm_ar.experiments import sequences as module
+from farm_ar.experiments.sequences import LENGTHS, Unit, run_unit, sequences, units
+from farm_ar.experiments.setting import SCENES, Setting
+from farm_ar.reid import LastKnownReid, SpatialReid
+from farm_ar.scenes import builtin_scene
+
+L1 = builtin_scene("L1")
+
+
+def test_the_units_are_all_levels_in_all_scenes_and_a_noisy_detector() -> None:
+    assert len(units()) == len(set(units())) == 6 * 5
+    assert len(units(quick=True)) < len(units())
+
+
+def test_a_row_for_each_length_and_more_snapshots_show_more_objects() -> None:
+    unit, rules = Unit("L1", 0.3, 30, "exact"), {"paper": SpatialReid}
+    rows = run_unit(unit, L1, 2, 2, np.random.default_rng(0), rules, (1, 4, 16))
+    assert [row["snapshots"] for row in rows] == [1, 4, 16]
+    assert rows[0]["objects"] <= rows[1]["objects"] < rows[2]["objects"]
+    # An exact detector tells all objects apart.
+    assert [row["objects"] for row in rows] == [row["real_objects"] for row in rows]
+    assert rows[0]["accuracy"] == rows[0]["accuracy_of_first"]
+
+
+def test_the_same_randomness_gives_the_same_rows() -> None:
+    unit, rules = Unit("L1", 0.3, 30, "noisy"), {"paper": SpatialReid}
+    first, second = (run_unit(unit, L1, 1, 1, np.random.default_rng(3), rules, (1, 3)) for _ in range(2))
+    assert first == second
+
+
+def test_the_report_has_every_length(monkeypatch: pytest.MonkeyPatch) -> None:
+    quick = {"paper": LastKnownReid, "likelihood": LastKnownReid}
+    monkeypatch.setattr(module.run_unit, "__defaults__", (quick, LENGTHS))
+    setting = Setting({name: builtin_scene(name) for name in SCENES}, layouts=1, quick=True)
+    report = sequences(setting)
+    assert len(report.comparisons) == len(LENGTHS)
+    assert "| noisy | objects |" in report.tables
+    assert len(report.rows) == len(units(quick=True)) * 2 * len(LENGTHS)
