@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from farm_ar.errors import InputError
+from farm_ar.errors import InputError, UnfinishedError
 
 if TYPE_CHECKING:
     from farm_ar.sweeps.results import Failure
@@ -18,7 +18,7 @@ class StoreError(InputError):
     """A store that cannot be read or written just now. What was in it is still in it."""
 
 
-class UnfinishedSweepError(RuntimeError):
+class UnfinishedSweepError(UnfinishedError):
     """Some units of a sweep gave nothing; all others are in the store.
 
     Args:
