@@ -91,7 +91,7 @@ def table2(setting: Setting) -> Report:
 def ablate(setting: Setting, box: Box = "local") -> dict[str, FloatArray]:
     """(layouts, P) accuracies under each condition, of the same snapshots; NaN where nothing was seen."""
     same = setting.scene_parameters("H1") | {"layouts": setting.layouts, "box": box}
-    name = "table2" if box == "local" else f"table2, {box} boxes"
+    name = "table2" if box == "local" else f"table2 {box}"
     outcomes = setting.sweep(name, ablated, [same | {"condition": name} for name in CONDITIONS])
     return {
         name: np.array(outcome.rows[0]["accuracy"])

@@ -122,7 +122,7 @@ def _solve_times(setting: Setting, thresholds: Sequence[float]) -> list[dict[str
     same = scene | {"layouts": setting.layouts, "thresholds": thresholds}
     seen = np.flatnonzero(_snapshots(setting.seed, **scene, layouts=setting.layouts).count)
     parameters = [same | {"snapshot": b} for b in seen[:TIMED_SNAPSHOTS]]
-    outcomes = setting.sweep("fig9, times", solve_times, parameters, executor=SerialExecutor())
+    outcomes = setting.sweep("fig9 times", solve_times, parameters, executor=SerialExecutor())
     each = [[row[f"{solver}_s"] for row in o.measured for solver in TIMED_SOLVERS] for o in outcomes]
     mean = np.mean(each, axis=0).reshape(len(thresholds), len(TIMED_SOLVERS)) * 1e6
     columns = [f"{solver}_us" for solver in TIMED_SOLVERS]

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from farm_ar.errors import OptionError
+from farm_ar.errors import OptionError, known_name
 from farm_ar.sweeps.executors import SerialExecutor
 from farm_ar.sweeps.processes import ProcessExecutor
 
-EXECUTORS = ("serial", "process")
+EXECUTORS = ("process", "serial")
 
 
 def make_executor(
@@ -22,12 +22,8 @@ def make_executor(
     Raises:
         OptionError: a value is none of those allowed.
     """
-    if name == "process":
+    if known_name("executor", name, EXECUTORS) == "process":
         return ProcessExecutor(workers, time_limit)
-    if name == "serial":
-        if time_limit is not None:
-            raise OptionError(
-                "time_limit", "must be None with the executor serial; process has one", time_limit
-            )
-        return SerialExecutor()
-    raise OptionError("executor", f"must be one of {', '.join(EXECUTORS)}", name)
+    if time_limit is not None:
+        raise OptionError("time_limit", "must be None with the executor serial; process has one", time_limit)
+    return SerialExecutor()

@@ -9,6 +9,7 @@ from collections import deque
 from collections.abc import Sequence
 from contextlib import suppress
 from multiprocessing.connection import wait
+from multiprocessing.context import ForkServerContext, SpawnContext
 from numbers import Integral, Real
 
 from farm_ar.errors import OptionError
@@ -130,6 +131,18 @@ class ProcessExecutor(Stoppable):
             self._waiting.popleft()
 
 
+def _context() -> ForkServerContext | SpawnContext:
+    """How processes are begun: as forks of a server that has done the imports, or anew where there is none.
+
+    A fork of this very process would copy locks that its threads hold.
+    """
+    if "forkserver" not in multiprocessing.get_all_start_methods():
+        return multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(["__main__", "farm_ar.sweeps.worker"])
+    return context
+
+
 def _checked_number(workers: int) -> int:
     if not isinstance(workers, Integral) or workers < 1:
         raise OptionError("workers", "must be a whole number not below 1", workers)
@@ -146,9 +159,8 @@ class _Worker:
     """One process, its pipe, and the units that were sent into it; the first is the one that runs."""
 
     def __init__(self) -> None:
-        context = multiprocessing.get_context("spawn")  # a fork would copy locks that other threads hold
-        self.pipe, other = context.Pipe()
-        self.process = context.Process(target=work, args=(other,), daemon=True)
+        self.pipe, other = multiprocessing.Pipe()
+        self.process = _context().Process(target=work, args=(other,), daemon=True)
         self.process.start()
         other.close()
         self.units: deque[Unit] = deque()

@@ -11,6 +11,9 @@ from farm_ar.sweeps.errors import UnfinishedSweepError
 from farm_ar.sweeps.rows import Outcome
 from farm_ar.sweeps.units import Unit
 
+KILLS = 3
+"""So many killed workers quarantine a unit."""
+
 
 @dataclass(frozen=True)
 class Failure:
@@ -26,9 +29,19 @@ class Failure:
     problem: str
     kills: int = 0
 
+    @property
+    def quarantined(self) -> bool:
+        """Whether it is not tried again unless that is asked for."""
+        return self.kills >= KILLS
+
     def __str__(self) -> str:
-        what = f"quarantined, killed {self.kills} workers" if self.kills else "failed"
-        return f"{what}: {self.unit}: {self.problem.strip()}"
+        what = "quarantined" if self.quarantined else "to be tried again" if self.kills else "failed"
+        workers = f", killed {self.kills} workers" if self.kills else ""
+        return f"{what}{workers}: {self.unit}: {self.problem.strip()}"
+
+    def line(self) -> str:
+        """The same in one line: of a traceback, what it ends with."""
+        return str(Failure(self.unit, self.problem.strip().rpartition("\n")[2], self.kills))
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,12 +52,14 @@ class Results:
         sweep: its name.
         units: all of them.
         texts: JSON text of rows and of measured rows, by the key of each unit that is finished.
+        seconds: that each finished unit took, by its key.
         failures: the units that gave nothing, in order.
     """
 
     sweep: str
     units: Sequence[Unit]
     texts: Mapping[str, tuple[str, str]]
+    seconds: Mapping[str, float]
     failures: Sequence[Failure]
 
     def __len__(self) -> int:

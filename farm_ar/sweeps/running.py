@@ -13,12 +13,12 @@ from farm_ar.sweeps.attempts import Attempt
 from farm_ar.sweeps.claims import Presence
 from farm_ar.sweeps.errors import of_the_store
 from farm_ar.sweeps.executors import Executor, SerialExecutor
-from farm_ar.sweeps.results import Failure, Results
-from farm_ar.sweeps.store import KILLS, Store
+from farm_ar.sweeps.results import KILLS, Failure, Results
+from farm_ar.sweeps.store import Store
 from farm_ar.sweeps.units import Sweep, Unit
 
-MOST_CLAIMED = 500
-"""Units that a run claims at a time, at the most."""
+AT_ONCE = 500
+"""Units among which a run looks for some to claim."""
 
 POLL_S = 0.1
 """How often a run that waits looks about, seconds."""
@@ -120,6 +120,7 @@ class _Run:
         self._running: set[str] = set()
         self._finished: list[Attempt] = []
         self._failures: list[Failure] = []
+        self._misses = 0
         self._before, self._done, self._lost = len(finished), 0, len(given_up)
         self._began_at, self._began = time.time(), time.perf_counter()
         self._kept = self._ask_at = self._began
@@ -151,7 +152,7 @@ class _Run:
         if self._running:
             for attempt in self._executor.collect(POLL_S):
                 self._settle(attempt)
-        else:
+        elif not self._held and time.perf_counter() < self._ask_at:
             time.sleep(POLL_S)
         if time.perf_counter() - self._kept >= self._keep_every:
             self._keep()
@@ -161,16 +162,19 @@ class _Run:
         """Claim as many units as half a second takes; keep what is finished in the same breath."""
         self._keep()
         rate = self._done / (time.perf_counter() - self._began)
-        number = min(MOST_CLAIMED, max(self._executor.capacity, int(rate * self._keep_every)))
-        some = [self._todo.popleft() for _ in range(min(number, len(self._todo)))]
-        mine, others = self._store.claim(owner, [unit.key for unit in some], self._began_at)
-        self._held.extend(unit for unit in some if unit.key in mine)
-        self._todo.extend(unit for unit in some if unit.key in others)  # asked about again at the end
-        if not mine:
-            self._ask_at = time.perf_counter() + POLL_S
-        over = [unit.key for unit in some if unit.key not in mine and unit.key not in others]
-        self._done += (finished := len(self._store.finished(over)))
-        self._lost += len(over) - finished
+        most = min(AT_ONCE, max(self._executor.capacity, int(rate * self._keep_every)))
+        some = [self._todo.popleft() for _ in range(min(AT_ONCE, len(self._todo)))]
+        claimed = self._store.claim(owner, [unit.key for unit in some], most, self._began_at)
+        self._done += len(claimed.finished)
+        self._lost += len(claimed.given_up)
+        self._held.extend(unit for unit in some if unit.key in claimed.mine)
+        taken = [unit for unit in some if unit.key in claimed.others]
+        settled = claimed.mine | claimed.others | claimed.finished | claimed.given_up
+        self._todo.extendleft(unit for unit in reversed(some) if unit.key not in settled)
+        self._todo.extend(taken)
+        self._misses = 0 if claimed.mine else self._misses + len(some)
+        if self._misses >= len(self._todo):  # all that is left is another run's
+            self._misses, self._ask_at = 0, time.perf_counter() + POLL_S
 
     def _settle(self, attempt: Attempt) -> None:
         unit = attempt.unit

@@ -11,6 +11,7 @@ import sqlite3
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -18,11 +19,8 @@ from typing import Any, Self
 from farm_ar.sweeps.attempts import Attempt
 from farm_ar.sweeps.claims import is_alive
 from farm_ar.sweeps.errors import StoreError, of_the_store
-from farm_ar.sweeps.results import Failure, Results
+from farm_ar.sweeps.results import KILLS, Failure, Results
 from farm_ar.sweeps.units import Unit
-
-KILLS = 3
-"""So many killed workers quarantine a unit."""
 
 FORM = 1
 SCHEMA = """
@@ -37,6 +35,23 @@ CREATE TABLE claims (key TEXT PRIMARY KEY, owner TEXT NOT NULL);
 """
 AT_ONCE = 500
 """Keys in one statement."""
+
+
+@dataclass(frozen=True)
+class Claimed:
+    """What became of the units that a run wished to claim; those in none of the sets are free still.
+
+    Args:
+        mine: keys of those that it may run now.
+        others: of those that another run, which is alive, has claimed.
+        finished: of those that have a result.
+        given_up: of those that are quarantined, or failed in another run meanwhile.
+    """
+
+    mine: set[str]
+    others: set[str]
+    finished: set[str]
+    given_up: set[str]
 
 
 class Store:
@@ -61,7 +76,7 @@ class Store:
             place = ":memory:" if self.path is None else str(self.path)
             self._connection = sqlite3.connect(place, timeout=timeout, isolation_level=None)
         try:
-            self._set_up()
+            self._set_up(timeout)
         except BaseException:
             self._connection.close()
             raise
@@ -119,25 +134,24 @@ class Store:
             ended = [*(done.unit.key for done in finished), *(f.unit.key for f in failures if _is_over(f))]
             self._many("DELETE FROM claims WHERE key = ?", [(key,) for key in ended])
 
-    def claim(self, owner: str, keys: Sequence[str], since: float) -> tuple[set[str], set[str]]:
+    def claim(self, owner: str, keys: Sequence[str], most: int, since: float) -> Claimed:
         """Claim units for a run, so that no other run on this store computes them.
 
         Args:
             owner: the token of the run's `Presence`.
-            keys: of the units.
+            keys: of the units to choose from.
+            most: how many to claim, the first ones first.
             since: time after which a failure counts as one of this run's.
-
-        Returns:
-            the keys of those that are now the run's, and of those that are another's; the rest are over.
         """
         with self._change():
-            over = self.finished(keys) | self.given_up(keys, since)
+            finished = self.finished(keys)
+            over = finished | self.given_up(keys, since)
             held = dict(self._among("SELECT key, owner FROM claims WHERE key IN ({})", keys))
             alive = {other for other in {*held.values()} - {owner} if is_alive(self.path, other)}
             others = {key for key, other in held.items() if other in alive} - over
-            mine = {*keys} - over - others
+            mine = [key for key in keys if key not in over and key not in others][:most]
             self._many("INSERT OR REPLACE INTO claims VALUES (?, ?)", [(key, owner) for key in mine])
-        return mine, others
+        return Claimed(set(mine), others, finished, over - finished)
 
     def finished(self, keys: Sequence[str]) -> set[str]:
         """Those of the keys whose units are finished."""
@@ -166,31 +180,58 @@ class Store:
             known = ", ".join(self.sweeps()) or "none"
             raise StoreError("sweep", f"must be one of the store's: {known}", sweep, str(self.path))
         keys = [unit.key for unit in units]
-        statement = "SELECT key, rows, measured FROM results JOIN times USING (key) WHERE key IN ({})"
-        texts = {key: (rows, measured) for key, rows, measured in self._among(statement, keys)}
+        columns = "key, rows, measured, seconds"
+        statement = f"SELECT {columns} FROM results JOIN times USING (key) WHERE key IN ({{}})"
+        texts, seconds = {}, {}
+        for key, rows, measured, took in self._among(statement, keys):
+            texts[key], seconds[key] = (rows, measured), took
         statement = "SELECT key, problem, kills FROM failures WHERE key IN ({})"
         problems = {key: (problem, kills) for key, problem, kills in self._among(statement, keys)}
         failures = [Failure(unit, *problems[unit.key]) for unit in units if unit.key in problems]
-        return Results(sweep, units, texts, failures)
+        return Results(sweep, units, texts, seconds, failures)
+
+    def claimed(self, results: Results) -> int:
+        """How many units of a sweep are claimed by a run that is alive."""
+        keys = [unit.key for unit in results.units if unit.key not in results.texts]
+        owners = [owner for (owner,) in self._among("SELECT owner FROM claims WHERE key IN ({})", keys)]
+        alive = {owner for owner in {*owners} if is_alive(self.path, owner)}
+        return sum(owner in alive for owner in owners)
 
     def sweeps(self) -> list[str]:
         """The names of the sweeps, in order."""
         return self._column("SELECT DISTINCT sweep FROM plans ORDER BY sweep", [])
 
-    def _set_up(self) -> None:
+    def _set_up(self, timeout: float) -> None:
+        """See that the file is a store or empty, and make it a store if it is empty."""
         with of_the_store(self.path):
-            form = self._connection.execute("PRAGMA user_version").fetchone()[0]
-            tables = self._connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
-            if form not in (0, FORM) or (form == 0 and tables):
-                expected = f"must be a store of form {FORM}"
-                raise StoreError("store", expected, f"form {form}", str(self.path))
-            self._connection.execute("PRAGMA journal_mode = WAL")
+            form = self._form()
+            self._use_wal(time.monotonic() + timeout)
             self._connection.execute("PRAGMA synchronous = NORMAL")
         if form == 0:
             with self._change():
-                for statement in SCHEMA.strip().split(";\n"):
-                    self._connection.execute(statement)
-                self._connection.execute(f"PRAGMA user_version = {FORM}")
+                if self._form() == 0:  # no other process made it meanwhile
+                    for statement in SCHEMA.strip().split(";\n"):
+                        self._connection.execute(statement)
+                    self._connection.execute(f"PRAGMA user_version = {FORM}")
+
+    def _form(self) -> int:
+        """The form of the store; 0 where the file is empty."""
+        statement = "SELECT user_version, (SELECT count(*) FROM sqlite_master) FROM pragma_user_version"
+        form, tables = self._connection.execute(statement).fetchone()
+        if form not in (0, FORM) or (form == 0 and tables):
+            raise StoreError("store", f"must be a store of form {FORM}", f"form {form}", str(self.path))
+        return int(form)
+
+    def _use_wal(self, until: float) -> None:
+        """Let readers and a writer work at once. SQLite does not wait by itself to change to it."""
+        while True:
+            try:
+                self._connection.execute("PRAGMA journal_mode = WAL")
+                return
+            except sqlite3.OperationalError as problem:
+                if problem.sqlite_errorcode != sqlite3.SQLITE_BUSY or time.monotonic() > until:
+                    raise
+                time.sleep(0.01)
 
     def _forget(self, keys: Iterable[str]) -> None:
         for table in ("results", "times", "failures"):
@@ -227,4 +268,4 @@ class Store:
 
 
 def _is_over(failure: Failure) -> bool:
-    return failure.kills == 0 or failure.kills >= KILLS
+    return failure.kills == 0 or failure.quarantined

@@ -99,16 +99,19 @@ class Sweep:
 
     def _check_calls(self) -> None:
         """See that the function takes the parameters, before a thousand units fail one by one."""
-        signature = inspect.signature(load_function(function_name(self.function)))
+        name = function_name(self.function)
+        signature = inspect.signature(load_function(name))
         checked: set[frozenset[str]] = set()
         for i, values in enumerate(self.parameters):
             names = frozenset(values)
             if names not in checked:
                 checked.add(names)
+                if "seed" in names:
+                    raise OptionError(f"parameters[{i}]", "must not have the name seed", sorted(names))
                 try:
                     signature.bind(**dict.fromkeys(names), seed=0)
                 except TypeError as problem:
-                    expected = f"must be what {self.function} takes beside a seed ({problem})"
+                    expected = f"must be what {name} takes beside a seed ({problem})"
                     raise OptionError(f"parameters[{i}]", expected, sorted(names)) from None
 
 

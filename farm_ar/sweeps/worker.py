@@ -7,6 +7,7 @@ import os
 import signal
 import threading
 import traceback
+from contextlib import suppress
 from multiprocessing import parent_process
 from multiprocessing.connection import Connection, wait
 
@@ -21,23 +22,22 @@ def work(pipe: Connection) -> None:
     """Run the units that come through the pipe until it is closed or the parent is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent is interrupted too, and ends its workers
     threading.Thread(target=_end_with_the_parent, daemon=True).start()
+    with suppress(EOFError, OSError):  # that is how a pipe without another end shows
+        _work(pipe)
+
+
+def _work(pipe: Connection) -> None:
     pipe.send_bytes(BEGUN)
     ready: set[tuple[str, str]] = set()
     while True:
-        try:
-            unit = unpack_unit(pipe.recv_bytes())
-        except (EOFError, OSError):
-            return
-        done = None
+        unit = unpack_unit(pipe.recv_bytes())
+        problem = None
         if (unit.function, unit.version) not in ready:
-            done = _prepare(unit)
-            if done is None:
+            problem = _prepare(unit)
+            if problem is None:
                 ready.add((unit.function, unit.version))
                 pipe.send_bytes(BEGUN)
-        try:
-            pipe.send_bytes(pack_attempt(done or attempt(unit)))
-        except OSError:
-            return
+        pipe.send_bytes(pack_attempt(problem or attempt(unit)))
 
 
 def _prepare(unit: Unit) -> Attempt | None:

@@ -103,7 +103,7 @@ def test_times_are_means_of_the_least_over_the_snapshots_that_detect_something(m
 def test_accuracies_and_times_are_sweeps_that_can_be_watched():
     last = {}
     fig9(Setting(layouts=1, quick=True, watch=lambda standing: last.update({standing.sweep: standing})))
-    assert {name: standing.done for name, standing in last.items()} == {"fig9": 21, "fig9, times": 2}
+    assert {name: standing.done for name, standing in last.items()} == {"fig9": 21, "fig9 times": 2}
 
 
 @pytest.mark.usefixtures("few_times")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from farm_ar.sweeps import Outcome
+from farm_ar.sweeps import Outcome, ProcessExecutor, Sweep, grid, run_sweep
 
 
 def double(seed, x):
@@ -23,9 +23,9 @@ def logged(seed, x, log, seconds=0.0):
 
 
 def of_numpy(seed, values):
+    exact = {"float": np.float64(0.1), "small": np.float32(0.1), "whole": np.int64(2**62)}
     return [
-        {"float": np.float64(0.1), "small": np.float32(0.1), "whole": np.int64(2**62)},
-        {"flag": np.bool_(True), "pair": (1, None), "none": None},
+        exact | {"flag": np.bool_(True), "pair": (1, None), "none": None},
         {"list": np.array(values) / 3, "nan": np.nan, "infinite": -np.inf},
     ]
 
@@ -55,4 +55,46 @@ def dies(seed, x, deadly, how, log):
 
 
 def returns(seed, what):
-    return {"text": "a", "number": 1, "texts": ["a", "b"], "complex": {"z": 1j}, "keys": {1: 2}}[what]
+    return {"text": "a", "number": 1, "complex": {"z": 1j}}[what]
+
+
+def interrupted(seed, x):
+    if x == 2:
+        raise KeyboardInterrupt
+    return {"x": x}
+
+
+def ends_at_once(pipe):
+    """A worker that never gets ready."""
+    os._exit(5)
+
+
+def slow(seed, x):
+    time.sleep(0.002)
+    return double(seed, x)
+
+
+def sleeps(seed, seconds):
+    time.sleep(seconds)
+    return {"pid": os.getpid()}
+
+
+def bulky(seed, x):
+    return {"values": np.random.default_rng([seed, x]).random(500)}
+
+
+def echo(seed, text):
+    return {"text": text}
+
+
+def tells(seed, file):
+    """Says who runs it, and goes on for long."""
+    Path(f"{file}.part").write_text(str(os.getpid()))
+    Path(f"{file}.part").rename(file)
+    time.sleep(60)
+
+
+def run_and_tell(file):
+    """A parent of a worker that is at work."""
+    with ProcessExecutor(1) as executor:
+        run_sweep(Sweep("tells", tells, grid(file=[str(file)])), executor=executor)
