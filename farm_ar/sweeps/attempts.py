@@ -39,7 +39,8 @@ def attempt(unit: Unit) -> Attempt:
     try:
         function = load_function(unit.function)
         outcome = as_outcome(function(seed=unit.seed, **unit.parameters))
-        rows, measured = to_text(outcome.rows, "rows"), to_text(outcome.measured, "measured")
+        rows = to_text(outcome.rows, "rows")
+        measured = to_text(outcome.measured, "measured") if outcome.measured else "[]"
     except Exception:
         return Attempt(unit, seconds=time.perf_counter() - begin, problem=traceback.format_exc())
     return Attempt(unit, rows, measured, time.perf_counter() - begin)

@@ -53,11 +53,13 @@ def described(standing: Standing) -> str:
         parts.append(f"{standing.before} from before")
     if standing.failures:
         parts.append(f"{standing.failures} without result")
-    return ", ".join([*parts, pace(standing)])
+    return ", ".join(filter(None, [*parts, pace(standing)]))
 
 
 def pace(standing: Standing) -> str:
     """Rate and time left, as "12.3/s, 0:01:05 left"; without what is left once nothing is."""
+    if not standing.left and not standing.done:
+        return ""
     rate = f"{standing.rate:.3g}/s" if standing.rate < 1000 else f"{standing.rate:.0f}/s"
     if not standing.left:
         return rate

@@ -17,6 +17,8 @@ Row = Mapping[str, Any]
 EXACT_KINDS = "biufU"
 """Kinds of NumPy values that JSON holds exactly: Booleans, whole numbers, floats, text."""
 
+ENCODER = json.JSONEncoder(separators=(",", ":"), ensure_ascii=False)
+
 
 @dataclass(frozen=True)
 class Outcome:
@@ -53,7 +55,7 @@ def to_text(value: object, field: str) -> str:
     Raises:
         OptionError: there is something in it that JSON cannot hold exactly; the message says where.
     """
-    return json.dumps(plain(value, field), separators=(",", ":"), ensure_ascii=False)
+    return ENCODER.encode(plain(value, field))
 
 
 def plain(value: object, field: str) -> Any:

@@ -27,11 +27,11 @@ SCHEMA = """
 CREATE TABLE units (
     key TEXT PRIMARY KEY, function TEXT, parameters TEXT, seed INTEGER, version TEXT
 );
-CREATE TABLE plans (sweep TEXT, position INTEGER, key TEXT, PRIMARY KEY (sweep, position));
+CREATE TABLE plans (sweep TEXT, position INTEGER, key TEXT, PRIMARY KEY (sweep, position)) WITHOUT ROWID;
 CREATE TABLE results (key TEXT PRIMARY KEY, rows TEXT NOT NULL);
-CREATE TABLE times (key TEXT PRIMARY KEY, seconds REAL, measured TEXT NOT NULL, ended_at REAL);
-CREATE TABLE failures (key TEXT PRIMARY KEY, problem TEXT, kills INTEGER, ended_at REAL);
-CREATE TABLE claims (key TEXT PRIMARY KEY, owner TEXT NOT NULL);
+CREATE TABLE times (key TEXT PRIMARY KEY, seconds REAL, measured TEXT NOT NULL, ended_at REAL) WITHOUT ROWID;
+CREATE TABLE failures (key TEXT PRIMARY KEY, problem TEXT, kills INTEGER, ended_at REAL) WITHOUT ROWID;
+CREATE TABLE claims (key TEXT PRIMARY KEY, owner TEXT NOT NULL) WITHOUT ROWID;
 """
 AT_ONCE = 500
 """Keys in one statement."""

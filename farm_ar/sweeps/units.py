@@ -17,6 +17,8 @@ from farm_ar.sweeps.functions import function_name, load_function
 from farm_ar.sweeps.rows import plain
 from farm_ar.sweeps.versions import BY_HAND, code_version
 
+ENCODER = json.JSONEncoder(separators=(",", ":"), sort_keys=True, allow_nan=False)
+
 
 @dataclass(frozen=True)
 class Unit:
@@ -37,7 +39,7 @@ class Unit:
     @cached_property
     def key(self) -> str:
         """What tells this unit from all others: a hash of all it consists of."""
-        whole = json.dumps([self.function, self.text, self.seed, self.version])
+        whole = "\0".join((self.function, self.text, str(self.seed), self.version))
         return sha256(whole.encode()).hexdigest()[:32]
 
     @property
@@ -123,7 +125,7 @@ def grid(**values: Iterable[Any]) -> list[dict[str, Any]]:
 
 def _canonical(values: Mapping[str, Any], field: str) -> str:
     try:
-        return json.dumps(plain(values, field), sort_keys=True, separators=(",", ":"), allow_nan=False)
+        return ENCODER.encode(plain(values, field))
     except ValueError as problem:
         if isinstance(problem, OptionError):
             raise

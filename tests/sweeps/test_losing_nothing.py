@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from farm_ar.sweeps import SerialExecutor, Store, StoreError, Sweep, grid, run_sweep
+from farm_ar.sweeps import SerialExecutor, Store, StoreError, Sweep, claims, grid, run_sweep
 from farm_ar.sweeps.claims import Presence, is_alive
 from farm_ar.sweeps.export import as_csv
 
@@ -225,3 +225,61 @@ def test_a_sweep_that_the_store_does_not_have_is_refused(tmp_path):
         store.plan("doubles", Sweep("doubles", "sweep_functions:double", grid(x=(1,))).units)
         with pytest.raises(StoreError, match="sweep: must be one of the store's: doubles, got 'triples'"):
             store.results("triples")
+
+
+def test_an_empty_file_that_is_being_read_is_waited_for(tmp_path):
+    reader = sqlite3.connect(tmp_path / "store", isolation_level=None)
+    reader.execute("BEGIN")
+    reader.execute("SELECT * FROM sqlite_master")
+    with pytest.raises(StoreError, match="must not be locked by another program"):
+        Store(tmp_path / "store", timeout=0.05)
+    reader.execute("COMMIT")
+    reader.close()
+    Store(tmp_path / "store").close()
+
+
+def test_a_mistake_of_ours_in_a_statement_is_no_error_of_the_store(tmp_path):
+    with (
+        Store(tmp_path / "store") as store,
+        pytest.raises(sqlite3.OperationalError, match="no such table"),
+    ):
+        store._run("SELECT * FROM nowhere", [])
+
+
+@pytest.mark.parametrize("taken", ["locked", "removed"])
+def test_a_run_whose_file_was_taken_for_a_dead_ones_makes_another(tmp_path, monkeypatch, taken):
+    lock, files = claims._lock, []
+
+    def disturbed(file, mode):
+        files.append(file)
+        if len(files) > 1:
+            return lock(file, mode)
+        if taken == "locked":
+            other.append(lock(file, mode))
+        elif mode == "rwc":
+            connection = lock(file, mode)
+            file.unlink()
+            return connection
+        return lock(file, mode)
+
+    other = []
+    monkeypatch.setattr(claims, "_lock", disturbed)
+    presence = Presence(tmp_path / "store")
+    assert len(set(files)) == 2
+    assert is_alive(tmp_path / "store", presence.token)
+    presence.end()
+    assert not is_alive(tmp_path / "store", presence.token)
+    for connection in other:
+        connection.close()
+
+
+def test_the_file_that_a_killed_run_left_goes_with_the_next_run(tmp_path):
+    (tmp_path / "store-run-0123456789ab").touch()
+    (tmp_path / "store-running-order").touch()
+    run_sweep(Sweep("doubles", "sweep_functions:double", grid(x=(1,))), tmp_path / "store")
+    assert {file.name for file in tmp_path.iterdir()} == {"store", "store-running-order"}
+
+
+def test_a_run_cannot_be_alive_where_no_file_can_be_made(tmp_path):
+    with pytest.raises(sqlite3.OperationalError, match="unable to open database file"):
+        Presence(tmp_path / ("x" * 240))

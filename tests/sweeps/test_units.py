@@ -2,7 +2,9 @@
 
 import subprocess
 import sys
+from importlib.machinery import ModuleSpec
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -106,3 +108,31 @@ def test_the_function_may_stand_in_the_script_that_is_run(tmp_path, how):
     (tmp_path / "own_sweep.py").write_text(SCRIPT)
     run = subprocess.run([sys.executable, *how], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert run.stdout == "own_sweep:square [{'square': 0}, {'square': 1}, {'square': 4}]\n", run.stderr
+
+
+def test_a_function_typed_in_by_hand_is_refused(monkeypatch):
+    def typed(seed):
+        return {}
+
+    typed.__module__, typed.__qualname__ = "__main__", "typed"
+    monkeypatch.setitem(sys.modules, "__main__", ModuleType("__main__"))
+    with pytest.raises(OptionError, match="can be imported, not typed in by hand, got '__main__'"):
+        Sweep("s", typed, [{}])
+
+
+@pytest.mark.parametrize(
+    "of_the_script", [{"__file__": "/any/where/sweep_functions.py"}, {"spec": "sweep_functions"}]
+)
+def test_a_function_of_the_script_goes_by_the_name_under_which_the_script_is_imported(
+    monkeypatch, of_the_script
+):
+    import sweep_functions
+
+    main = ModuleType("__main__")
+    main.__dict__.update(of_the_script)
+    if "spec" in of_the_script:
+        main.__spec__ = ModuleSpec("sweep_functions", loader=None)
+    monkeypatch.setitem(sys.modules, "__main__", main)
+    monkeypatch.setattr(sweep_functions.double, "__module__", "__main__")
+    sweep = Sweep("s", sweep_functions.double, grid(x=(1,)))
+    assert sweep.units[0].function == "sweep_functions:double"

@@ -96,3 +96,10 @@ def test_a_worker_whose_code_was_changed_meanwhile_computes_nothing(own, tmp_pat
         (failure,) = run_sweep(sweep, executor=executor).failures
         assert "is not that which the sweep began with" in failure.problem
         assert run_sweep(vouched, executor=executor).rows() == [{"triple": 4}]
+
+
+def test_a_library_that_is_missing_and_a_module_made_by_hand_have_versions_too(own, monkeypatch):
+    before = own("own_module:triple")
+    monkeypatch.setattr(versions, "NUMBERS_FROM", ("a-library-that-nobody-has",))
+    assert own("own_module:triple") != before
+    assert own("no_such_module:triple") != own("own_module:triple")
