@@ -10,7 +10,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from farm_ar.errors import known_name
+from farm_ar.errors import UnfinishedError, known_name
 from farm_ar.experiments.ablation import fig7, table2
 from farm_ar.experiments.noise_sweep import fig5
 from farm_ar.experiments.overview import table1
@@ -18,7 +18,7 @@ from farm_ar.experiments.pruning import fig9, table3
 from farm_ar.experiments.report import Report
 from farm_ar.experiments.setting import Setting
 from farm_ar.scenes.fields import write_text
-from farm_ar.sweeps import Store, make_executor
+from farm_ar.sweeps import Store, UnfinishedSweepError, make_executor
 from farm_ar.sweeps.progress import shown
 
 EXPERIMENTS: dict[str, Callable[[Setting], Report]] = {
@@ -65,7 +65,7 @@ def reproduce(
         OptionError: an option is out of its limits.
         SceneError: a scene file is missing or cannot be used.
         StoreError: the store cannot be read or written.
-        UnfinishedSweepError: some units gave no result; the others are kept.
+        UnfinishedError: some units gave no result; the others are kept, and the other experiments done.
     """
     names = list(EXPERIMENTS) if what == "all" else [known_name("what", what, EXPERIMENTS)]
     console = console or Console(markup=False, highlight=False)
@@ -75,14 +75,20 @@ def reproduce(
     _ = setting.scenes  # a file that cannot be used is refused before anything is written
     begin = time.perf_counter()
     out.mkdir(parents=True, exist_ok=True)
-    reports = []
+    reports, unfinished = [], []
     with Store(out / STORE) as store, executor, shown(console) as watch:
         setting = replace(setting, store=store, executor=executor, watch=watch)
         for name in names:
-            reports.append(EXPERIMENTS[name](setting))
-            reports[-1].write(out)
+            try:
+                reports.append(EXPERIMENTS[name](setting))
+            except UnfinishedSweepError as problem:
+                unfinished.append(problem)
+            else:
+                reports[-1].write(out)
     write_text(out / "summary.md", _summary(reports, setting))
     _show(reports, console)
+    if unfinished:
+        raise UnfinishedError("\n".join(map(str, unfinished)))
     console.print(f"Done in {time.perf_counter() - begin:.0f} s. Pictures, tables and summary.md: {out}/")
     return reports
 

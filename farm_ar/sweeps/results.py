@@ -94,5 +94,9 @@ class Results:
         Raises:
             UnfinishedSweepError: some are not.
         """
-        if self.failures:
-            raise UnfinishedSweepError(self.sweep, self.failures)
+        failed = {failure.unit.key: failure for failure in self.failures}
+        unfinished = [unit for unit in self.units if unit.key not in self.texts]
+        if unfinished:
+            nothing = "not run yet, or its result was removed"
+            problems = [failed.get(unit.key, Failure(unit, nothing)) for unit in unfinished]
+            raise UnfinishedSweepError(self.sweep, problems)

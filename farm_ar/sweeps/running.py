@@ -6,12 +6,12 @@ import os
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 from farm_ar.sweeps.attempts import Attempt
 from farm_ar.sweeps.claims import Presence
-from farm_ar.sweeps.errors import of_the_store
+from farm_ar.sweeps.errors import StoreError, of_the_store
 from farm_ar.sweeps.executors import Executor, SerialExecutor
 from farm_ar.sweeps.results import KILLS, Failure, Results
 from farm_ar.sweeps.store import Store
@@ -134,9 +134,12 @@ class _Run:
             while self._todo or self._held or self._running:
                 self._step(presence.token)
             self._keep()
+        except StoreError:
+            self._executor.stop()
+            raise
         except BaseException:
             self._executor.stop()
-            self._keep_what_can_be()
+            self._keep()
             raise
         finally:
             presence.end()
@@ -198,11 +201,6 @@ class _Run:
             self._store.save(self._finished, self._failures)
             self._finished, self._failures = [], []
         self._kept = time.perf_counter()
-
-    def _keep_what_can_be(self) -> None:
-        """Keep what is finished when the run ends by an error, which may be that nothing can be kept."""
-        with suppress(Exception):
-            self._keep()
 
     def _tell(self) -> None:
         total, seconds = len(self._sweep.units), time.perf_counter() - self._began

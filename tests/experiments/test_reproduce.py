@@ -10,13 +10,12 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from farm_ar.errors import OptionError, SceneError
+from farm_ar.errors import OptionError, SceneError, UnfinishedError
 from farm_ar.experiments import EXPERIMENTS, pruning, reproduce
 from farm_ar.experiments.published import TABLE_1
 from farm_ar.experiments.setting import Setting
 from farm_ar.reid import SpatialReid
 from farm_ar.scenes import save_scene
-from farm_ar.sweeps import UnfinishedSweepError
 
 NAMES = ["table1", "table2", "table3", "fig5", "fig7", "fig9"]
 SVG = "{http://www.w3.org/2000/svg}"
@@ -166,18 +165,22 @@ def test_mistakes_are_refused_before_anything_is_written(tmp_path, options, erro
     assert not (tmp_path / "out").exists()
 
 
-def test_an_error_in_the_middle_is_raised_and_leaves_whole_files_only(out, tmp_path, monkeypatch):
+def test_an_error_in_one_experiment_is_told_at_the_end_and_the_others_are_done(out, tmp_path, monkeypatch):
     def fail(self, batch):
         raise FloatingPointError("in a worker")
 
     monkeypatch.setattr(SpatialReid, "identify_many", fail)
-    two = {name: EXPERIMENTS[name] for name in ("table3", "fig9")}
-    monkeypatch.setattr(sys.modules[reproduce.__module__], "EXPERIMENTS", two)
-    with pytest.raises(UnfinishedSweepError, match="fig9: 21 of its units gave no result") as problem:
+    three = {name: EXPERIMENTS[name] for name in ("table2", "table3", "fig9")}
+    monkeypatch.setattr(sys.modules[reproduce.__module__], "EXPERIMENTS", three)
+    with pytest.raises(UnfinishedError) as problem:
         run(tmp_path)
-    assert "FloatingPointError: in a worker" in str(problem.value)
+    lines = str(problem.value).splitlines()
+    assert "table2: 4 of its units gave no result; all others are kept" in lines
+    assert "fig9: 21 of its units gave no result; all others are kept" in lines
+    assert "FloatingPointError: in a worker" in lines
     left = contents(tmp_path)
     assert left.pop("sweeps.sqlite")
+    assert re.findall(r"\[(\w+)\.svg\]", left.pop("summary.md").decode()) == ["table3"]
     assert left == {name: (out / name).read_bytes() for name in left}
     assert set(left) == {"table3.csv", "table3.json", "table3.svg"}
 

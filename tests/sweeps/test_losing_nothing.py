@@ -8,7 +8,16 @@ from pathlib import Path
 
 import pytest
 
-from farm_ar.sweeps import SerialExecutor, Store, StoreError, Sweep, claims, grid, run_sweep
+from farm_ar.sweeps import (
+    SerialExecutor,
+    Store,
+    StoreError,
+    Sweep,
+    UnfinishedSweepError,
+    claims,
+    grid,
+    run_sweep,
+)
 from farm_ar.sweeps.claims import Presence, is_alive
 from farm_ar.sweeps.export import as_csv
 
@@ -283,3 +292,19 @@ def test_the_file_that_a_killed_run_left_goes_with_the_next_run(tmp_path):
 def test_a_run_cannot_be_alive_where_no_file_can_be_made(tmp_path):
     with pytest.raises(sqlite3.OperationalError, match="unable to open database file"):
         Presence(tmp_path / ("x" * 240))
+
+
+def test_results_are_never_taken_for_whole_while_units_are_missing(tmp_path):
+    sweep = Sweep("doubles", "sweep_functions:double", grid(x=range(3)))
+    with Store(tmp_path / "store") as store:
+        store.plan("doubles", sweep.units)
+        with pytest.raises(UnfinishedSweepError, match="3 of its units gave no result") as problem:
+            store.results("doubles").rows()
+        assert "not run yet, or its result was removed" in str(problem.value)
+
+        def start_over(standing):
+            if standing.done == 3:
+                store.plan("doubles", sweep.units, fresh=True)
+
+        with pytest.raises(UnfinishedSweepError):
+            run_sweep(sweep, store, watch=start_over, keep_every=0.0).rows()
