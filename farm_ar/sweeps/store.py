@@ -18,7 +18,7 @@ from typing import Any, Self
 
 from farm_ar.sweeps.attempts import Attempt
 from farm_ar.sweeps.claims import is_alive
-from farm_ar.sweeps.errors import StoreError, of_the_store
+from farm_ar.sweeps.errors import EXPECTED, StoreError, of_the_store
 from farm_ar.sweeps.results import KILLS, Failure, Results
 from farm_ar.sweeps.units import Unit
 
@@ -58,7 +58,7 @@ class Store:
     """An open store.
 
     Args:
-        path: its file, made if need be; None for one in memory, which ends with this object.
+        path: its file, made with its folder if need be; None for one in memory, which ends with this object.
         timeout: seconds to wait for another program that holds a lock.
         create: whether to make it where there is none.
 
@@ -72,6 +72,8 @@ class Store:
         self.path = None if path is None else Path(path)
         if self.path is not None and not create and not self.path.is_file():
             raise StoreError("store", "must be a file that a sweep has made", "no such file", str(path))
+        if self.path is not None:
+            self._make_folder(self.path.parent)
         with of_the_store(self.path):
             place = ":memory:" if self.path is None else str(self.path)
             self._connection = sqlite3.connect(place, timeout=timeout, isolation_level=None)
@@ -200,6 +202,13 @@ class Store:
     def sweeps(self) -> list[str]:
         """The names of the sweeps, in order."""
         return self._column("SELECT DISTINCT sweep FROM plans ORDER BY sweep", [])
+
+    def _make_folder(self, folder: Path) -> None:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as problem:
+            expected = EXPECTED[sqlite3.SQLITE_CANTOPEN]
+            raise StoreError("store", expected, problem.strerror, str(self.path)) from None
 
     def _set_up(self, timeout: float) -> None:
         """See that the file is a store or empty, and make it a store if it is empty."""

@@ -224,9 +224,11 @@ def test_what_is_no_store_is_refused_and_left_as_it_is(tmp_path, make, message):
     assert (file.read_bytes() if file.is_file() else None) == before
 
 
-def test_a_store_in_a_folder_that_is_not_there_is_refused(tmp_path):
+def test_the_folder_of_a_store_is_made_unless_something_is_in_its_way(tmp_path):
+    Store(tmp_path / "some" / "where" / "store").close()
+    (tmp_path / "file").touch()
     with pytest.raises(StoreError, match="must be in a folder that can be written"):
-        Store(tmp_path / "none" / "store")
+        Store(tmp_path / "file" / "store")
 
 
 def test_a_sweep_that_the_store_does_not_have_is_refused(tmp_path):

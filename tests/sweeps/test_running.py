@@ -1,5 +1,7 @@
 """Running sweeps: the same results by every executor, finished units left alone."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -27,3 +29,9 @@ def test_a_finished_unit_is_never_computed_twice(executor, tmp_path):
         sweep = Sweep("doubles", "sweep_functions:logged", grid(x=xs, log=[str(log)]))
         assert len(run_sweep(sweep, tmp_path / "store", executor)) == 4
     assert sorted(log.read_text().split()) == ["0", "1", "2", "3", "4", "5"]
+
+
+def test_the_guide_shows_the_example_as_it_is():
+    root = Path(__file__).parents[2]
+    shown = (root / "docs" / "sweeps.md").read_text().partition("```python\n")[2].partition("```")[0]
+    assert (root / "examples" / "own_sweep.py").read_text().endswith(shown)
