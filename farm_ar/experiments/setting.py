@@ -92,7 +92,7 @@ class Setting:
     def sweep(
         self,
         name: str,
-        function: Callable[..., Outcome | Row],
+        function: Callable[..., Outcome | Row | Sequence[Row]],
         parameters: Sequence[Mapping[str, Any]],
         executor: Executor | None = None,
     ) -> list[Outcome]:

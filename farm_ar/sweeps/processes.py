@@ -132,14 +132,15 @@ class ProcessExecutor(Stoppable):
 
 
 def _context() -> ForkServerContext | SpawnContext:
-    """How processes are begun: as forks of a server that has done the imports, or anew where there is none.
+    """How processes are begun: as forks of a server that has done slow imports, or anew where there is none.
 
-    A fork of this very process would copy locks that its threads hold.
+    A fork of this very process would copy locks that its threads hold. The server does not import farm-ar: it
+    does not know this process's search path, and might find another installation.
     """
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["__main__", "farm_ar.sweeps.worker"])
+    context.set_forkserver_preload(["gymnasium"])
     return context
 
 

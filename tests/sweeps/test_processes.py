@@ -1,7 +1,10 @@
 """Worker processes: what kills one, what becomes of its unit, and of all others."""
 
 import os
+import shutil
 import signal
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -228,3 +231,27 @@ def test_executors_that_cannot_be_are_refused(options, message):
 def test_executors_are_made_by_name():
     assert isinstance(make_executor("serial"), SerialExecutor)
     assert make_executor("process", 3).capacity == 3
+
+
+WHERE = """
+import sys
+sys.path.insert(0, sys.argv[1])
+from farm_ar.sweeps import ProcessExecutor, Sweep, run_sweep
+
+def where(seed):
+    import farm_ar
+    return {"file": farm_ar.__file__}
+
+if __name__ == "__main__":
+    with ProcessExecutor(1) as executor:
+        print(run_sweep(Sweep("where", where, [{}]), executor=executor).rows()[0]["file"])
+"""
+
+
+def test_workers_run_the_farm_ar_of_their_parent_wherever_it_was_found(tmp_path):
+    here = Path(__file__).parents[2] / "farm_ar"
+    shutil.copytree(here, tmp_path / "copy" / "farm_ar", ignore=shutil.ignore_patterns("__pycache__"))
+    (tmp_path / "where.py").write_text(WHERE)
+    command = [sys.executable, str(tmp_path / "where.py"), str(tmp_path / "copy")]
+    run = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert run.stdout.strip() == str(tmp_path / "copy" / "farm_ar" / "__init__.py"), run.stderr
