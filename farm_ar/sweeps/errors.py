@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from farm_ar.sweeps.results import Failure
 
 
+MOST_NAMED = 20
+"""Failed units that an error names; it names every quarantined one."""
+
+
 class StoreError(InputError):
     """A store that cannot be read or written just now. What was in it is still in it."""
 
@@ -31,8 +35,14 @@ class UnfinishedSweepError(UnfinishedError):
         self.sweep, self.failures = sweep, failures
 
     def __str__(self) -> str:
+        quarantined = [failure for failure in self.failures if failure.quarantined]
+        others = [failure for failure in self.failures if not failure.quarantined]
         lines = [f"{self.sweep}: {len(self.failures)} of its units gave no result; all others are kept"]
-        lines += [f"  {failure}" for failure in self.failures]
+        lines += [f"  {failure.line()}" for failure in quarantined + others[:MOST_NAMED]]
+        if len(others) > MOST_NAMED:
+            lines.append(f"  and {len(others) - MOST_NAMED} more")
+        if others:
+            lines += ["The first of them in full:", str(others[0])]
         return "\n".join(lines)
 
 

@@ -1,5 +1,6 @@
 """Whatever happens to a run, its store holds what an undisturbed run gives."""
 
+import contextlib
 import json
 import sqlite3
 import subprocess
@@ -202,6 +203,11 @@ def test_what_failed_or_was_quarantined_in_a_run_beside_is_not_tried_here(tmp_pa
     assert len(results) == 4
 
 
+def in_sqlite(file, statement):
+    with contextlib.closing(sqlite3.connect(file)) as connection:
+        connection.execute(statement)
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [
@@ -211,8 +217,8 @@ def test_what_failed_or_was_quarantined_in_a_run_beside_is_not_tried_here(tmp_pa
         ),
         (lambda file: file.mkdir(), "must be in a folder that can be written"),
         (lambda file: file.parent.joinpath("nothing"), "must be a file that a sweep has made"),
-        (lambda file: sqlite3.connect(file).execute("CREATE TABLE a (b)"), "must be a store of form 1"),
-        (lambda file: sqlite3.connect(file).execute("PRAGMA user_version = 9"), "must be a store of form 1"),
+        (lambda file: in_sqlite(file, "CREATE TABLE a (b)"), "must be a store of form 1"),
+        (lambda file: in_sqlite(file, "PRAGMA user_version = 9"), "must be a store of form 1"),
     ],
 )
 def test_what_is_no_store_is_refused_and_left_as_it_is(tmp_path, make, message):

@@ -12,6 +12,7 @@ import pytest
 
 from farm_ar.errors import OptionError
 from farm_ar.sweeps import (
+    Failure,
     ProcessExecutor,
     SerialExecutor,
     Store,
@@ -122,6 +123,21 @@ def test_an_exception_ends_its_unit_only_and_is_tried_again_by_the_next_run(tmp_
         assert not any(failure.quarantined for failure in results.failures)
         assert results.failures[0].line() == 'failed: fails {"x":1} seed 0: ZeroDivisionError: no 1'
         assert (standings[-1].failures, standings[-1].left) == (2, 0)
+
+
+def test_an_error_names_every_quarantined_unit_and_the_first_of_many_failed_ones():
+    sweep = Sweep("fails", "sweep_functions:fails", grid(x=range(1, 121, 3)))
+    failures = run_sweep(sweep).failures
+    assert len(failures) == 40
+    unit = Sweep("doubles", "sweep_functions:double", grid(x=(1,))).units[0]
+    error = UnfinishedSweepError("fails", [*failures, Failure(unit, "its worker ended", kills=3)])
+    lines = str(error).splitlines()
+    assert lines[0] == "fails: 41 of its units gave no result; all others are kept"
+    assert lines[1] == '  quarantined, killed 3 workers: double {"x":1} seed 0: its worker ended'
+    assert lines[21] == '  failed: fails {"x":58} seed 0: ZeroDivisionError: no 58'
+    assert lines[22:24] == ["  and 20 more", "The first of them in full:"]
+    assert lines[24] == 'failed: fails {"x":1} seed 0: Traceback (most recent call last):'
+    assert lines[-1] == "ZeroDivisionError: no 1"
 
 
 def test_a_row_that_cannot_be_kept_is_a_failure_with_its_place():
