@@ -71,7 +71,8 @@ def survivor(folder):
     """Two runs on one store at once, of which one is killed in the middle."""
     options = {"function": "logged", "log": str(folder / "log"), "seconds": 0.002}
     first, second = (begin(folder / "store", **options) for _ in range(2))
-    time.sleep(0.25)
+    while not ((folder / "log").exists() and len((folder / "log").read_text().split()) > 50):
+        time.sleep(0.005)
     os.kill(first, signal.SIGKILL)
     return {"well": [ended_well(first), ended_well(second)]}
 

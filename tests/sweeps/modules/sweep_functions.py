@@ -87,14 +87,16 @@ def echo(seed, text):
     return {"text": text}
 
 
-def tells(seed, file):
-    """Says who runs it, and goes on for long."""
-    Path(f"{file}.part").write_text(str(os.getpid()))
-    Path(f"{file}.part").rename(file)
-    time.sleep(60)
+def sleeps_once(seed, file):
+    """Says in a file who runs it and sleeps for long; where somebody said so before, is done at once."""
+    if not Path(file).exists():
+        Path(f"{file}.part").write_text(str(os.getpid()))
+        Path(f"{file}.part").rename(file)
+        time.sleep(60)
+    return {"pid": os.getpid()}
 
 
 def run_and_tell(file):
     """A parent of a worker that is at work."""
     with ProcessExecutor(1) as executor:
-        run_sweep(Sweep("tells", tells, grid(file=[str(file)])), executor=executor)
+        run_sweep(Sweep("sleeps", sleeps_once, grid(file=[str(file)])), executor=executor)
