@@ -17,6 +17,7 @@ from farm_ar.cli.play_script import play_script
 from farm_ar.cli.replay import replay
 from farm_ar.cli.reproduce import reproduce
 from farm_ar.cli.scenes import app as scenes
+from farm_ar.cli.sweeps import app as sweeps
 
 app = typer.Typer(
     name="farm-ar",
@@ -28,6 +29,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.add_typer(scenes, name="scenes")
+app.add_typer(sweeps, name="sweeps")
 app.command()(demo)
 app.command()(identify)
 app.command()(play)

@@ -10,8 +10,15 @@ import numpy as np
 from farm_ar.arrays import FloatArray
 from farm_ar.experiments.headroom_report import BOUND, JITTER, PAPER_RULE, report_of
 from farm_ar.experiments.patterns import PATTERNS, Case, jitter
-from farm_ar.experiments.report import Report, Row
-from farm_ar.experiments.setting import SCENES, Setting, mean_and_sd, mean_per_layout
+from farm_ar.experiments.report import Report
+from farm_ar.experiments.setting import (
+    SCENES,
+    Setting,
+    mean_and_sd,
+    mean_per_layout,
+    named_scene,
+    piece_rng,
+)
 from farm_ar.reid import (
     REIDENTIFIERS,
     IdentificationBatch,
@@ -23,6 +30,7 @@ from farm_ar.reid import (
     batch_accuracy,
 )
 from farm_ar.scenes import UNKNOWN, LayoutNoise, Scene, SnapshotBatch
+from farm_ar.sweeps import Row
 
 TRANSLATIONS = (0.1, 0.3, 0.5, 1.0)
 ROTATIONS = (15, 30, 60, 120)
@@ -143,11 +151,18 @@ def _by_confidence(confidence: FloatArray, right: FloatArray) -> dict[str, str |
 
 def headroom(setting: Setting) -> Report:
     """Every rule in every cell of the table and under every pattern."""
+    parameters = [
+        setting.scene_parameters(unit.scene) | unit._asdict() | {"layouts": setting.layouts}
+        for unit in units(setting.quick)
+    ]
+    outcomes = setting.sweep("headroom", every_rule, parameters)
+    return report_of([row for outcome in outcomes for row in outcome.rows], setting.layouts)
 
-    def work(unit: Unit) -> list[Row]:
-        index = (SCENES.index(unit.scene), [JITTER, *PATTERNS].index(unit.pattern))
-        rng = setting.rng(4, *index, round(unit.translation * 10), unit.rotation)
-        return run_unit(unit, setting.scenes[unit.scene], setting.layouts, rng)
 
-    rows = [row for _, some in setting.each(units(setting.quick), work) for row in some]
-    return report_of(rows, setting.layouts)
+def every_rule(
+    seed: int, scene: str, file: str | None, layouts: int, pattern: str, translation: float, rotation: int
+) -> list[Row]:
+    """A unit of the sweep: a row for each rule."""
+    index = (SCENES.index(scene), [JITTER, *PATTERNS].index(pattern))
+    rng = piece_rng(seed, 4, *index, round(translation * 10), rotation)
+    return run_unit(Unit(scene, pattern, translation, rotation), named_scene(scene, file), layouts, rng)

@@ -17,10 +17,10 @@ from farm_ar.experiments.report import (
     TEXT_SIZE,
     Comparison,
     Report,
-    Row,
     new_figure,
     set_up_chart,
 )
+from farm_ar.sweeps import Row
 
 JITTER, PAPER_RULE, MAIN_RULE, BOUND = "jitter", "paper", "likelihood", "bound: noise known"
 RELIABILITY_BINS = 10

@@ -18,15 +18,15 @@ from farm_ar.experiments.report import (
     TEXT_SIZE,
     Comparison,
     Report,
-    Row,
     new_figure,
     set_up_chart,
 )
-from farm_ar.experiments.setting import SCENES, Setting, path_cameras
+from farm_ar.experiments.setting import SCENES, Setting, named_scene, path_cameras, piece_rng
 from farm_ar.game_logic.headset import random_camera
 from farm_ar.reid import REIDENTIFIERS, Reidentifier, SpatialReid
 from farm_ar.reid.registration import RigidMotion
-from farm_ar.scenes import Camera, Layout, LayoutNoise, Scene, SnapshotBatch, builtin_scene, observe_many
+from farm_ar.scenes import Camera, Layout, LayoutNoise, Scene, SnapshotBatch, observe_many
+from farm_ar.sweeps import Row
 
 FARM = "farm"
 """The game's table: ten buildings that move and a shed that does not."""
@@ -157,13 +157,13 @@ def calibration_error(confidence: FloatArray, right: BoolArray, bins: int = 10) 
 def relations(setting: Setting) -> Report:
     """Every rule where things moved together or the frame drifted, and where nothing of the kind happened."""
     poses = QUICK_POSES if setting.quick else POSES
-
-    def work(unit: Unit) -> list[Row]:
-        scene = builtin_scene(FARM) if unit.scene == FARM else setting.scenes[unit.scene]
-        key = ([*SCENES, FARM].index(unit.scene), list(PATTERNS).index(unit.pattern))
-        return run_unit(unit, scene, setting.layouts, poses, setting.rng(12, *key))
-
-    rows = [row for _, some in setting.each(units(), work) for row in some]
+    places = {name: setting.scene_parameters(name) for name in SCENES} | {FARM: {"scene": FARM, "file": None}}
+    parameters = [
+        places[unit.scene] | {"pattern": unit.pattern, "layouts": setting.layouts, "poses": poses}
+        for unit in units()
+    ]
+    outcomes = setting.sweep("relations", every_rule, parameters)
+    rows = [row for outcome in outcomes for row in outcome.rows]
     return Report(
         "relations",
         f"Things that moved together, and frames that drifted: {setting.layouts} layouts",
@@ -182,6 +182,12 @@ def relations(setting: Setting) -> Report:
         "column of the paper stands the paper's rule, run here; ours is the relational rule.",
         tables=_tables(rows),
     )
+
+
+def every_rule(seed: int, scene: str, file: str | None, layouts: int, poses: int, pattern: str) -> list[Row]:
+    """A unit of the sweep: a row for each rule."""
+    rng = piece_rng(seed, 12, [*SCENES, FARM].index(scene), list(PATTERNS).index(pattern))
+    return run_unit(Unit(scene, pattern), named_scene(scene, file), layouts, poses, rng)
 
 
 def _mean(rows: list[Row], rule: str, pattern: str, scene: str | None = None) -> float:

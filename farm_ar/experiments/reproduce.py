@@ -8,10 +8,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskID, TaskProgressColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from farm_ar.errors import known_name
+from farm_ar.errors import UnfinishedError, known_name
 from farm_ar.experiments.ablation import fig7, table2
 from farm_ar.experiments.headroom import headroom
 from farm_ar.experiments.noise_sweep import fig5
@@ -20,8 +19,10 @@ from farm_ar.experiments.pruning import fig9, table3
 from farm_ar.experiments.relations import relations
 from farm_ar.experiments.report import Report
 from farm_ar.experiments.sequences import sequences
-from farm_ar.experiments.setting import Setting, load_scenes
+from farm_ar.experiments.setting import Setting
 from farm_ar.scenes.fields import write_text
+from farm_ar.sweeps import Store, UnfinishedSweepError, make_executor
+from farm_ar.sweeps.progress import shown
 
 EXPERIMENTS: dict[str, Callable[[Setting], Report]] = {
     "table1": table1,
@@ -43,6 +44,8 @@ QUICK_LAYOUTS, LAYOUTS = 5, 20
 OWN_LAYOUTS = {"headroom": (2, 24), "relations": (1, 8), "sequences": (1, 6)}
 """Noisy layouts, quick or not, of the experiments that need another number."""
 
+STORE = "sweeps.sqlite"
+
 
 def reproduce(
     what: str = "all",
@@ -52,9 +55,12 @@ def reproduce(
     workers: int = 2,
     seed: int = 0,
     quick: bool = False,
+    fresh: bool = False,
     console: Console | None = None,
 ) -> list[Report]:
     """Run one of the paper's experiments or all, and write their files and `summary.md`.
+
+    What is finished is kept in `sweeps.sqlite` beside them, and not computed again after an interruption.
 
     Args:
         what: a name in `EXPERIMENTS`, or "all" for those of the paper.
@@ -62,48 +68,48 @@ def reproduce(
         out: folder for the files; made if need be.
         layouts: noisy layouts for each noise level; 20 by default, 5 if quick, or as
             `OWN_LAYOUTS` says.
-        workers: threads; the results do not depend on it.
+        workers: processes that share the work, or 1 to do it in this one; the results do not depend on it.
         seed: where all randomness comes from.
         quick: fewer layouts and rotation noises.
+        fresh: start over, even with what is finished.
         console: where progress and the summary are shown.
 
     Raises:
         OptionError: an option is out of its limits.
         SceneError: a scene file is missing or cannot be used.
+        StoreError: the store cannot be read or written.
+        UnfinishedError: some units gave no result; the others are kept, and the other experiments done.
     """
     all_names = [name for name in EXPERIMENTS if name not in BEYOND_THE_PAPER]
     names = all_names if what == "all" else [known_name("what", what, EXPERIMENTS)]
     console = console or Console(markup=False, highlight=False)
     few, many = OWN_LAYOUTS.get(what, (QUICK_LAYOUTS, LAYOUTS))
     number = layouts if layouts is not None else few if quick else many
-    setting = Setting(load_scenes(scenes), number, seed, workers, quick)
+    setting = Setting(scenes, number, seed, quick, fresh=fresh)
+    executor = make_executor("process" if workers != 1 else "serial", workers)
+    _ = setting.scenes  # a file that cannot be used is refused before anything is written
     begin = time.perf_counter()
-    reports = _run(names, setting, console, out)
-    origin = f"the scenes of `{scenes.resolve().name}`" if scenes else "the built-in scenes"
-    text = _summary(reports, origin, setting)
-    write_text(out / "summary.md", text)
+    out.mkdir(parents=True, exist_ok=True)
+    reports, unfinished = [], []
+    with Store(out / STORE) as store, executor, shown(console) as watch:
+        setting = replace(setting, store=store, executor=executor, watch=watch)
+        for name in names:
+            try:
+                reports.append(EXPERIMENTS[name](setting))
+            except UnfinishedSweepError as problem:
+                unfinished.append(problem)
+            else:
+                reports[-1].write(out)
+    write_text(out / "summary.md", _summary(reports, setting))
     _show(reports, console)
+    if unfinished:
+        raise UnfinishedError("\n".join(map(str, unfinished)))
     console.print(f"Done in {time.perf_counter() - begin:.0f} s. Pictures, tables and summary.md: {out}/")
     return reports
 
 
-def _run(names: Sequence[str], setting: Setting, console: Console, out: Path) -> list[Report]:
-    columns = (TextColumn("{task.description:<8}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
-    reports = []
-    with Progress(*columns, console=console) as progress:
-        for name in names:
-            task = progress.add_task(name, total=1.0)
-
-            def advance(share: float, task: TaskID = task) -> None:
-                progress.update(task, completed=share)
-
-            reports.append(EXPERIMENTS[name](replace(setting, advance=advance)))
-            reports[-1].write(out)
-            advance(1.0)
-    return reports
-
-
-def _summary(reports: Sequence[Report], origin: str, setting: Setting) -> str:
+def _summary(reports: Sequence[Report], setting: Setting) -> str:
+    origin = f"the scenes of `{setting.folder.resolve().name}`" if setting.folder else "the built-in scenes"
     form = ", the quick form" if setting.quick else ""
     how = f"On {origin}, seed {setting.seed}, {setting.layouts} noisy layouts per noise level{form}."
     paper = "The paper is Yu et al., doi:10.1007/s10055-025-01305-y."

@@ -15,14 +15,14 @@ from farm_ar.experiments.report import (
     TEXT_SIZE,
     Comparison,
     Report,
-    Row,
     new_figure,
     set_up_chart,
 )
-from farm_ar.experiments.setting import SCENES, Setting, path_cameras
+from farm_ar.experiments.setting import SCENES, Setting, named_scene, path_cameras, piece_rng
 from farm_ar.reid import LikelihoodReid, Reidentifier, SpatialReid
 from farm_ar.reid.tracking import track
 from farm_ar.scenes import Detector, LayoutNoise, Scene, Snapshot, observe
+from farm_ar.sweeps import Row
 
 LENGTHS = (1, 2, 3, 4, 6, 8, 12, 16)
 """Snapshots in a sequence."""
@@ -135,14 +135,12 @@ def _score(reid: Reidentifier, sequence: list[tuple[Snapshot, Truth]]) -> tuple[
 def sequences(setting: Setting) -> Report:
     """Accuracy against the number of snapshots along each path."""
     starts = QUICK_STARTS if setting.quick else STARTS
-    todo = units(setting.quick)
-
-    def work(unit: Unit) -> list[Row]:
-        key = (SCENES.index(unit.scene), round(unit.translation * 10), unit.rotation)
-        rng = setting.rng(13, *key, list(DETECTORS).index(unit.detector))
-        return run_unit(unit, setting.scenes[unit.scene], setting.layouts, starts, rng)
-
-    rows = [row for _, some in setting.each(todo, work) for row in some]
+    parameters = [
+        setting.scene_parameters(unit.scene) | unit._asdict() | {"layouts": setting.layouts, "starts": starts}
+        for unit in units(setting.quick)
+    ]
+    outcomes = setting.sweep("sequences", every_rule, parameters)
+    rows = [row for outcome in outcomes for row in outcome.rows]
     return Report(
         "sequences",
         f"Several snapshots along a path, {setting.layouts} layouts",
@@ -161,6 +159,22 @@ def sequences(setting: Setting) -> Report:
         "stands the paper's rule, run here on the objects told apart; ours is the likelihood rule.",
         tables=_tables(rows),
     )
+
+
+def every_rule(
+    seed: int,
+    scene: str,
+    file: str | None,
+    layouts: int,
+    starts: int,
+    translation: float,
+    rotation: int,
+    detector: str,
+) -> list[Row]:
+    """A unit of the sweep: a row for each rule and length."""
+    key = (SCENES.index(scene), round(translation * 10), rotation, list(DETECTORS).index(detector))
+    unit = Unit(scene, translation, rotation, detector)
+    return run_unit(unit, named_scene(scene, file), layouts, starts, piece_rng(seed, 13, *key))
 
 
 def _mean(

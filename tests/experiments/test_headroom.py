@@ -6,7 +6,7 @@ import pytest
 from farm_ar.experiments import headroom_report as report
 from farm_ar.experiments.headroom import BINS, BOUND, RULES, Unit, headroom, identify_all, run_unit, units
 from farm_ar.experiments.patterns import PATTERNS, jitter, turned
-from farm_ar.experiments.setting import SCENES, Setting
+from farm_ar.experiments.setting import Setting
 from farm_ar.reid import LastKnownReid, LikelihoodReid, NearestReid, SpatialReid
 from farm_ar.scenes import LayoutNoise, builtin_scene
 
@@ -160,7 +160,7 @@ def test_the_experiment_covers_all_units(monkeypatch):
         ]
 
     monkeypatch.setattr("farm_ar.experiments.headroom.run_unit", run)
-    found = headroom(Setting(dict.fromkeys(SCENES, L1), layouts=3, workers=1))
+    found = headroom(Setting(layouts=3))
     assert [unit for unit, _ in asked] == units()
     assert {layouts for _, layouts in asked} == {3}
     assert len(found.rows) == 3 * len(units())

@@ -13,7 +13,7 @@ from farm_ar.experiments.relations import (
     run_unit,
     units,
 )
-from farm_ar.experiments.setting import SCENES, Setting
+from farm_ar.experiments.setting import Setting
 from farm_ar.reid import LastKnownReid, LikelihoodReid, RelationalReid
 from farm_ar.scenes import builtin_scene
 
@@ -81,7 +81,7 @@ def test_rows_are_of_each_rule_and_the_same_for_the_same_randomness() -> None:
 def test_the_report_has_every_pattern(monkeypatch: pytest.MonkeyPatch) -> None:
     quick = {"paper": LastKnownReid, "likelihood": LastKnownReid, "relational": LastKnownReid}
     monkeypatch.setattr(module.run_unit, "__defaults__", (quick,))
-    setting = Setting({name: builtin_scene(name) for name in SCENES}, layouts=1, quick=True)
+    setting = Setting(layouts=1, quick=True)
     report = relations(setting)
     assert [one.what for one in report.comparisons] == [f"accuracy, {name}" for name in PATTERNS]
     assert len(report.rows) == len(units()) * 3

@@ -3,7 +3,7 @@ import pytest
 
 from farm_ar.experiments import sequences as module
 from farm_ar.experiments.sequences import LENGTHS, Unit, run_unit, sequences, units
-from farm_ar.experiments.setting import SCENES, Setting
+from farm_ar.experiments.setting import Setting
 from farm_ar.reid import LastKnownReid, SpatialReid
 from farm_ar.scenes import builtin_scene
 
@@ -34,7 +34,7 @@ def test_the_same_randomness_gives_the_same_rows() -> None:
 def test_the_report_has_every_length(monkeypatch: pytest.MonkeyPatch) -> None:
     quick = {"paper": LastKnownReid, "likelihood": LastKnownReid}
     monkeypatch.setattr(module.run_unit, "__defaults__", (quick, LENGTHS))
-    setting = Setting({name: builtin_scene(name) for name in SCENES}, layouts=1, quick=True)
+    setting = Setting(layouts=1, quick=True)
     report = sequences(setting)
     assert len(report.comparisons) == len(LENGTHS)
     assert "| noisy | objects |" in report.tables
