@@ -93,6 +93,10 @@ class LikelihoodReid:
             gone_rate=float(self.options.gone_rate),
         )
 
+    def __reduce__(self) -> tuple[type, tuple[Scene, LikelihoodOptions]]:
+        # Unpickled arrays can be written to, for which the kernels would be compiled a second time.
+        return type(self), (self.scene, self.options)
+
     def identify(self, snapshot: Snapshot) -> Identification:
         """The label of each detection, with its probability, margin and runner-up.
 
