@@ -66,9 +66,10 @@ wheel: $(VENV)/dev.stamp $(WHEELHOUSE)/stamp ## Build the wheel, install it into
 	    --no-index --find-links "$(WHEELHOUSE)" --constraint constraints.txt "$$work"/farm_ar-*.whl; \
 	cd "$$work"; env -u PYTHONPATH venv/bin/farm-ar scenes list
 
-bench: $(VENV)/core.stamp ## Time the identification, the environments and the sweeps
+bench: $(VENV)/core.stamp ## Time the identification, the environments, the pictures and the sweeps
 	@$(BIN)/python benchmarks/identification.py
 	@$(BIN)/python benchmarks/environments.py
+	@SDL_VIDEODRIVER=dummy $(BIN)/python benchmarks/rendering.py
 	@$(BIN)/python benchmarks/sweeps.py
 
 clean: ## Remove all that make and the checks have left, .venv among it

@@ -24,13 +24,15 @@ def demo(
     from farm_ar.cli.output import print_line
     from farm_ar.cli.places import make_folder
     from farm_ar.cli.play_script import print_film
+    from farm_ar.cli.progress import progress
     from farm_ar.showcases import builtin_scripts, film_script, load_script
 
     names = _file_names(scripts or list(builtin_scripts()))
     make_folder("--out", out)
     loaded = {name: load_script(script) for name, script in names.items()}
     for name, script in loaded.items():
-        film, paths = film_script(script, name, out, gif=gif)
+        with progress(f"Filming {name}") as report:
+            film, paths = film_script(script, name, out, gif=gif, report=report)
         print_line("")
         print_film(film)
         print_line(f"Wrote {paths[0]} and {len(paths) - 1} more files beside it")

@@ -12,6 +12,7 @@ from farm_ar import __version__
 from farm_ar.cli.demo import demo
 from farm_ar.cli.identify import identify
 from farm_ar.cli.mistakes import OneLineMistakes
+from farm_ar.cli.play import play
 from farm_ar.cli.play_script import play_script
 from farm_ar.cli.replay import replay
 from farm_ar.cli.reproduce import reproduce
@@ -31,6 +32,7 @@ app.add_typer(scenes, name="scenes")
 app.add_typer(sweeps, name="sweeps")
 app.command()(demo)
 app.command()(identify)
+app.command()(play)
 app.command("play-script")(play_script)
 app.command()(replay)
 app.command()(reproduce)

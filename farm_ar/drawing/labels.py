@@ -85,15 +85,16 @@ def _settle(places: list[FloatArray], costs: list[FloatArray], size: FloatArray)
     """Index of the place of each label, after rounds in which each takes its best given the others."""
     n = len(places)
     choice = np.full(n, -1, dtype=np.int64)
-    taken = np.full((n, 4), np.nan)
+    boxes = [_boxes(place, wide) for place, wide in zip(places, size, strict=True)]
+    # A label that has no place yet is an empty box far away.
+    taken = np.full((n, 4), np.inf)
     for _ in range(_ROUNDS):
         before = choice.copy()
         for i in range(n):
-            others = np.delete(taken, i, axis=0)
-            others = others[~np.isnan(others[:, 0])]
-            meets = _shared_area(_boxes(places[i], size[i]), others).sum(axis=1) / size[i].prod()
+            taken[i] = np.inf
+            meets = _shared_area(boxes[i], taken).sum(axis=1) / size[i].prod()
             choice[i] = np.argmin(costs[i] + _forbidding(meets))
-            taken[i] = _boxes(places[i][choice[i]], size[i])
+            taken[i] = boxes[i][choice[i]]
         if np.array_equal(choice, before):
             break
     return choice
@@ -130,10 +131,8 @@ def _boxes(centre: FloatArray, size: FloatArray) -> FloatArray:
 
 def _shared_area(boxes: FloatArray, others: FloatArray) -> FloatArray:
     """(A, B) area that each of A boxes shares with each of B others."""
-    width, height = (
-        np.minimum(boxes[:, None, axis + 2], others[:, axis + 2])
-        - np.maximum(boxes[:, None, axis], others[:, axis])
-        for axis in (0, 1)
-    )
+    left, low, right, high = boxes[:, None].transpose(2, 0, 1)
+    width = np.minimum(right, others[:, 2]) - np.maximum(left, others[:, 0])
+    height = np.minimum(high, others[:, 3]) - np.maximum(low, others[:, 1])
     shared: FloatArray = np.maximum(width, 0.0) * np.maximum(height, 0.0)
     return shared

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import cv2
@@ -19,6 +19,11 @@ GIF_WIDTH = 640
 GIF_EVERY = 5
 """One frame of the GIF stands for so many of the video."""
 
+_SHARE_FILMED = 0.8
+"""Share of the time that filming takes where a GIF is made afterwards."""
+
+Report = Callable[[str, float], None]
+
 
 def film_script(
     script: Script,
@@ -26,6 +31,7 @@ def film_script(
     folder: Path,
     make_reid: ReidFactory = spatial_by_category,
     gif: bool = True,
+    report: Report = lambda what, share: None,
 ) -> tuple[Film, list[Path]]:
     """Play a script and write NAME.mp4, NAME.gif, key frames as PNG, and two CSV tables.
 
@@ -35,16 +41,21 @@ def film_script(
         folder: where they go; made if need be.
         make_reid: makes the re-identifier for the scene as it is believed to be.
         gif: whether the GIF is wanted.
+        report: is told, time and again, what is being done and about which share of it is done, 0 to 1.
 
     Returns:
         What was filmed, and the files.
     """
-    screening = Screening(script, make_reid)
+    share_filmed = _SHARE_FILMED if gif else 1.0
+    screening = Screening(
+        script, make_reid, report=lambda share: report(f"Filming {name}", share_filmed * share)
+    )
     small: list[Image] = []
     paths = [folder / f"{name}.mp4"]
     write_mp4(paths[0], _with_copies(screening, small, gif), FPS)
     film = screening.film
     if gif:
+        report(f"Making a GIF of {name}", share_filmed)
         paths.append(folder / f"{name}.gif")
         write_gif(paths[-1], small, FPS / GIF_EVERY, GIF_WIDTH)
     for key, image in film.key_frames.items():
@@ -53,6 +64,7 @@ def film_script(
     for table, rows in (("snapshots", film.detections), ("counters", film.counters)):
         paths.append(folder / f"{name}-{table}.csv")
         write_text(paths[-1], _as_csv(rows))
+    report(f"Filmed {name}", 1.0)
     return film, paths
 
 

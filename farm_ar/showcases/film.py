@@ -30,6 +30,9 @@ EYE = (0.5, -0.375)
 PAUSE_S = 1.2
 """How long the result of a snapshot is shown, while the game goes on."""
 
+_MOVE_S = 1.3
+"""How long the hand takes for a move, on average."""
+
 Image = npt.NDArray[np.uint8]
 Row = dict[str, Any]
 
@@ -81,6 +84,7 @@ class Screening:
         script: what happens.
         make_reid: makes the re-identifier for the scene as it is believed to be.
         make_pictures: draws the frames; None where only what is noted is wanted.
+        report: is told, after each frame, about which share of the script has been played, 0 to 1.
 
     Attributes:
         film: what was filmed, complete after the last frame.
@@ -91,9 +95,10 @@ class Screening:
         script: Script,
         make_reid: ReidFactory = spatial_by_category,
         make_pictures: PictureMaker | None = drawn,
+        report: Callable[[float], None] = lambda share: None,
     ) -> None:
         self.film = Film(script.title)
-        self._script = script
+        self._script, self._report = script, report
         self._pictures = None if make_pictures is None else make_pictures(script.scene)
         self._rng = np.random.default_rng(script.seed)
         self._head, self._seconds, self._ticks = HeadMotion(), 0.0, 0
@@ -102,6 +107,15 @@ class Screening:
         self._holding: Image | None = None
         self._caption = ""
         self._game = FarmGame(script.scene, self._camera(), self._rng, make_reid=make_reid)
+
+    @property
+    def _share(self) -> float:
+        """About which share of the script has been played, 0 to 1; how long the hand takes is a guess."""
+        visits = self._script.visits
+        seconds = self._script.ending + sum(
+            visit.play + _MOVE_S * len(visit.moves) + HAND_AWAY_S + PAUSE_S for visit in visits
+        )
+        return min(self.film.frames / max(FPS * seconds, 1.0), 1.0)
 
     def frames(self) -> Iterator[Image]:
         """The frames, (H, W, 3) bytes, 30 a second; none where no pictures are made."""
@@ -173,6 +187,7 @@ class Screening:
         if self._pictures is not None:
             self._last = self._pictures.frame(self._game.moment(caption))
             self._ready.append(self._last)
+        self._report(self._share)
 
     def _camera(self) -> Camera:
         scene = self._script.scene

@@ -98,17 +98,36 @@ def load_script(path: str | os.PathLike[str]) -> Script:
     """
     file = builtin_scripts().get(str(path), Path(path))
     try:
-        data = tomllib.loads(file.read_text(encoding="utf-8"))
+        text = file.read_text(encoding="utf-8")
     except OSError as problem:
         known = ", ".join(builtin_scripts())
         expected = f"must be a readable TOML file or one of {known}"
         raise ScriptError("script", expected, str(path)) from problem
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as problem:
+    except UnicodeDecodeError as problem:
         raise ScriptError("file", "must be TOML", str(problem), file.name) from None
-    fields = Fields(data, ScriptError, file.name)
-    scene = _scene(fields, file.parent)
+    return parse_script(text, file.parent, file.name)
+
+
+def parse_script(text: str, folder: Path, source: str) -> Script:
+    """A script from its text.
+
+    Args:
+        text: TOML.
+        folder: where scene files are looked for.
+        source: what errors call it; without its ending, the title where the text has none.
+
+    Raises:
+        ScriptError: it is not TOML, or a value in it cannot be used; names the source and the field.
+        SceneError: its scene file cannot be used.
+    """
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as problem:
+        raise ScriptError("file", "must be TOML", str(problem), source) from None
+    fields = Fields(data, ScriptError, source)
+    scene = _scene(fields, folder)
     script = Script(
-        title=fields.text("title", file.stem),
+        title=fields.text("title", Path(source).stem),
         scene=scene,
         gaze=_name(fields, "gaze", ("sweep", *(site.name for site in scene.sites)), "sweep"),
         visits=tuple(_visit(item, scene) for item in fields.children("visits")),

@@ -4,6 +4,7 @@ import pytest
 from typer.testing import CliRunner
 
 from farm_ar.cli.program import app
+from farm_ar.cli.progress import progress
 
 SCRIPT = """
 title = "One push"
@@ -49,3 +50,24 @@ def test_two_scripts_whose_films_would_have_one_name_are_refused_before_anything
     assert line.startswith("OptionError: scripts: must have file names that differ before the ending")
     assert line.endswith(f"got ['{first}', '{second}']")
     assert not (tmp_path / "films").exists()
+
+
+def test_while_it_films_it_says_so_on_the_error_output_only(tmp_path):
+    (tmp_path / "push.toml").write_text(SCRIPT)
+    result = CliRunner().invoke(
+        app, ["demo", str(tmp_path / "push.toml"), "--out", str(tmp_path), "--no-gif"]
+    )
+    assert result.stderr == "Filming push ...\n"
+    assert "Filming" not in result.stdout
+
+
+def test_on_a_terminal_a_bar_grows_and_is_gone_at_the_end(monkeypatch, capsys):
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("TERM", "xterm")
+    with progress("Filming \x1b[31mpush") as report:
+        report("Making a GIF of [b]push", 0.5)
+    seen = capsys.readouterr().err
+    assert "Making a GIF of [b]push" in seen
+    assert "50%" in seen
+    assert "\x1b[31mpush" not in seen
+    assert seen.endswith("\x1b[2K")

@@ -105,7 +105,15 @@ def test_the_same_script_is_filmed_the_same_way(moments, tmp_path):
 def test_a_film_becomes_a_video_a_gif_key_frames_and_tables(tmp_path):
     path = tmp_path / "short.toml"
     path.write_text(SHORT)
-    film, paths = film_script(load_script(path), "short", tmp_path / "out")
+    told: list[tuple[str, float]] = []
+    film, paths = film_script(
+        load_script(path), "short", tmp_path / "out", report=lambda what, share: told.append((what, share))
+    )
+    shares = [share for _, share in told]
+    assert shares == sorted(shares)
+    assert shares[0] < 0.1
+    assert told[-2][0] == "Making a GIF of short"
+    assert told[-1] == ("Filmed short", 1.0)
     names = {file.name for file in paths}
     assert {"short.mp4", "short.gif", "short-1-before.png", "short-1-hand.png", "short-1-after.png"} <= names
     video = cv2.VideoCapture(str(tmp_path / "out" / "short.mp4"))

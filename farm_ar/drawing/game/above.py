@@ -6,12 +6,14 @@ from functools import cached_property
 
 import numpy as np
 
+from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.drawing.game import creatures, ground
+from farm_ar.drawing.game.atlas import Atlas
 from farm_ar.drawing.game.buildings_above import roof
-from farm_ar.drawing.game.colours import PAPER, Image, category_colour, darker, label_colours
+from farm_ar.drawing.game.colours import PAPER, Colour, Image, category_colour, darker, label_colours
 from farm_ar.drawing.game.header import draw_header, draw_legend, draw_score, header_height
 from farm_ar.drawing.game.lettering import BOLD, text_sprite
-from farm_ar.drawing.game.marks import draw_beliefs, draw_camera
+from farm_ar.drawing.game.marks import HEAD_RADIUS_M, CameraMark, draw_beliefs
 from farm_ar.drawing.game.overlays import freeze, ice_block, outline
 from farm_ar.drawing.game.pixels import paste
 from farm_ar.drawing.game.plates import Plates, arrange, draw_leaders, draw_plate, plate_text, room_for
@@ -21,11 +23,20 @@ from farm_ar.drawing.game.small import SmallTable
 from farm_ar.drawing.game.sprites import paste_art
 from farm_ar.drawing.game.window import Window, window_on
 from farm_ar.game_logic.moment import Moment
-from farm_ar.geometry import footprint_corners, voronoi_cells
-from farm_ar.scenes import Layout, Scene
+from farm_ar.game_logic.paths import door
+from farm_ar.geometry import direction, footprint_corners, voronoi_cells
+from farm_ar.scenes import Camera, Layout, Scene
 
 _STRIP = 0.46
 """How much of the floor before a game's table is shown, in depths of the table: there the player stands."""
+
+_CROWD_STEP_M = 0.045
+"""Side of the squares before the shed's door that plates leave to the animals, metres."""
+
+_SITES_COUNT = 3
+"""The name of a site counts as so many things that plates should not cover."""
+
+_CELL_LINES: Colour = (168, 158, 142)
 
 _LETTER_PX = 11.3
 """Height of the letters on plates in a picture 480 high."""
@@ -52,9 +63,12 @@ class TableFromAbove:
         self.window: Window = window_on(scene.size, width, height, self._header, near)
         self._letter = max(9, round(_LETTER_PX * self.unit))
         self._colours = label_colours(scene.layout.labels)
+        self._camera = CameraMark(self.window)
         self._arranged: tuple[object, Plates] | None = None
 
-    def draw(self, moment: Moment, labels: bool = True, beliefs: bool = True) -> Image:
+    def draw(
+        self, moment: Moment, labels: bool = True, beliefs: bool = True, out: Image | None = None
+    ) -> Image:
         """The picture of a moment.
 
         Args:
@@ -62,18 +76,19 @@ class TableFromAbove:
             labels: whether anything is written: plates, the bar at the top, the score.
             beliefs: whether it shows what the game believes: plates stand where it believes the labels to be,
                 ghosts where that is not so, and what is wrong is red. Otherwise plates stand by the truth.
+            out: to draw on; a new picture by default.
 
         Returns:
             (H, W, 3) red, green, blue.
         """
-        image = self._background.copy()
+        image = np.empty_like(self._background) if out is None else out
+        np.copyto(image, self._background)
         frozen = moment.phase == "hand"
-        self._draw_living(image, moment)
-        self._draw_animals(image, moment, frozen)
-        self._draw_things(image, moment.truth)
+        self._draw_things(image, moment, frozen)
         if frozen:
             freeze(image)
-        draw_camera(image, moment.camera, self.window)
+        self._camera.draw(image, moment.camera)
+        self._name_sites(image, moment.camera)
         if beliefs:
             draw_beliefs(image, moment, self.window, self._colours)
         if moment.hand is not None:
@@ -83,7 +98,8 @@ class TableFromAbove:
         return image
 
     @cached_property
-    def _scenery(self) -> Scenery:
+    def scenery(self) -> Scenery:
+        """What is drawn around the buildings."""
         return Scenery(self.scene)
 
     @cached_property
@@ -111,13 +127,40 @@ class TableFromAbove:
     def _arrange(self, layout: Layout, index: list[int], rooms: list[tuple[int, int]]) -> Plates:
         corners = self.window.pixels(footprint_corners(layout.position, layout.yaw, layout.size))
         low, high = corners.min(axis=1), corners.max(axis=1)
-        fixed = layout.fixed
         width, height = self.size
         bounds = np.array([2, self._header + 2, width - 2, height - 2], dtype=np.float64)
-        avoid = np.hstack([low, high])[fixed]
+        avoid = np.vstack([np.hstack([low, high])[layout.fixed], self._crowded(layout), self._site_boxes()])
         anchor = self.window.pixels(layout.position[index])
         boxes = arrange(np.array(rooms), anchor, ((high - low) / 2)[index], avoid, bounds)
         return Plates(index, boxes, anchor)
+
+    def _crowded(self, layout: Layout) -> FloatArray:
+        """(C, 4) left, top, right, bottom of where animals crowd: before the doors that they come from.
+
+        In small boxes, for what is small is worth as much as what is large.
+        """
+        if not ground.is_farm(self.scene):
+            return np.zeros((0, 4))
+        fixed = layout.fixed
+        gate = door(layout.position[fixed], layout.yaw[fixed], layout.size[fixed])
+        out = direction(layout.yaw[fixed])
+        ahead, aside = (
+            _CROWD_STEP_M * np.array(steps) for steps in ((0.5, 1.5, 2.5, 3.5), (-1.5, -0.5, 0.5, 1.5))
+        )
+        across = out[:, ::-1] * np.array([1.0, -1.0])
+        places = (
+            gate[:, None, None]
+            + ahead[:, None, None] * out[:, None, None]
+            + aside[:, None] * across[:, None, None]
+        )
+        half = _CROWD_STEP_M / 2 * self.window.scale * np.array([-1.0, -1.0, 1.0, 1.0])
+        return np.tile(self.window.pixels(places.reshape(-1, 2)), 2) + half
+
+    def _site_boxes(self) -> FloatArray:
+        """(S, 4) left, top, right, bottom of the marks and names of the sites."""
+        places = self.window.pixels(self.scene.site_positions).reshape(-1, 2)
+        around = np.array([-5.0, -14.0, 20.0, 5.0]) * self.unit
+        return np.repeat(np.tile(places, 2) + around, _SITES_COUNT, axis=0)
 
     def _draw_background(self) -> Image:
         width, height = self.size
@@ -129,7 +172,7 @@ class TableFromAbove:
         ground.draw_rim(image, x0, y0, x1, y1, max(3, round(7 * self.unit)))
         image[y0:y1, x0:x1] = ground.table_top(self.scene, x1 - x0, y1 - y0)
         self._draw_cells(image)
-        for placed in self._scenery.standing:
+        for placed in self.scenery.standing:
             x, y = window.pixels(placed.position)
             paste_art(image, placed.thing.above, float(x), float(y), window.scale, placed.yaw)
         return image
@@ -137,9 +180,8 @@ class TableFromAbove:
     def _draw_cells(self, image: Image) -> None:
         if not self.scene.sites:
             return
-        farm = ground.is_farm(self.scene)
-        tone = (232, 240, 214) if farm else (168, 158, 142)
-        ink, halo = (PAPER, (72, 104, 52)) if farm else (darker(tone, 0.45), ground.ROOM)
+        tone = (232, 240, 214) if ground.is_farm(self.scene) else _CELL_LINES
+        ink, _ = self._site_colours
         for cell in voronoi_cells(self.scene.site_positions, self.scene.size):
             if len(cell):
                 outline(image, self.window.pixels(cell), tone, 1)
@@ -149,39 +191,75 @@ class TableFromAbove:
             for dx, dy in ((reach, reach), (reach, -reach)):
                 ends = np.array([(x - dx, y - dy), (x + dx, y + dy)])
                 outline(image, ends, ink, 1, closed=False)
+
+    def _name_sites(self, image: Image, camera: Camera) -> None:
+        """Write the sites' names over whatever stands there; beside the player's head if that is on one."""
+        ink, halo = self._site_colours
+        for site in self.scene.sites:
             words = text_sprite(site.name, max(8, round(10 * self.unit)), ink, BOLD, halo)
-            paste(image, words.pixels, round(x + 4 * self.unit), round(y - 2 * self.unit) + words.top)
+            x, y = self.window.pixels(np.array([site.x, site.z])).tolist()
+            head = np.hypot(*(camera.position - (site.x, site.z))) < HEAD_RADIUS_M
+            aside, up = (32, 10) if head else (4, 2)
+            paste(image, words.pixels, round(x + aside * self.unit), round(y - up * self.unit) + words.top)
 
-    def _draw_living(self, image: Image, moment: Moment) -> None:
-        for placed in self._scenery.living(moment.seconds):
-            x, y = self.window.pixels(placed.position)
-            paste_art(image, placed.thing.above, float(x), float(y), self.window.scale, placed.yaw)
+    @cached_property
+    def _site_colours(self) -> tuple[Colour, Colour]:
+        """Of the letters, and around them."""
+        if ground.is_farm(self.scene):
+            return PAPER, (72, 104, 52)
+        return darker(_CELL_LINES, 0.45), ground.ROOM
 
-    def _draw_animals(self, image: Image, moment: Moment, frozen: bool) -> None:
-        category = self.scene.layout.category
-        scale = self.window.scale
+    def _draw_things(self, image: Image, moment: Moment, frozen: bool) -> None:
+        """What is alive around the buildings, the animals, in ice if they are frozen, and the buildings."""
+        living = self.scenery.living(moment.seconds)
+        around = [self._atlas.number(placed.thing.above) for placed in living]
+        animals, place, yaw = self._animals[moment.animal_goal], moment.animal, moment.animal_heading
+        if frozen:
+            animals = np.stack([animals, np.full_like(animals, self._ice)], axis=1).reshape(-1)
+            place = np.repeat(place, 2, axis=0)
+            yaw = np.stack([yaw, np.zeros_like(yaw)], axis=1).reshape(-1)
+        order, truth = self._large_first, moment.truth
+        art = np.concatenate([np.array(around, np.int64), animals, self._roofs])
+        places = np.concatenate(
+            [np.array([p.position for p in living]).reshape(-1, 2), place, truth.position[order]]
+        )
+        yaws = np.concatenate([[p.yaw for p in living], yaw, truth.yaw[order]])
+        step = np.repeat([7.5, 1.0], [len(art) - len(order), len(order)])
+        self._atlas.paste(image, art, self.window.pixels(places), yaws, step)
+
+    @cached_property
+    def _atlas(self) -> Atlas:
+        return Atlas(lambda size: self.window.scale)
+
+    @cached_property
+    def _animals(self) -> IntArray:
+        """(N,) the drawing of an animal of each label."""
+        kinds = zip(self._colours, self.scene.layout.category, strict=True)
         arts = [
             creatures.bunny(colour) if kind == "hutch" else creatures.chicken(colour)
-            for colour, kind in zip(self._colours, category, strict=True)
+            for colour, kind in kinds
         ]
-        ice = ice_block(0.6 * creatures.LENGTH_M)
-        places = self.window.pixels(moment.animal).tolist()
-        turned = moment.animal_heading.tolist()
-        for (x, y), yaw, goal in zip(places, turned, moment.animal_goal.tolist(), strict=True):
-            paste_art(image, arts[goal], x, y, scale, yaw)
-            if frozen:
-                paste_art(image, ice, x, y, scale)
+        return np.array([self._atlas.number(art) for art in arts], dtype=np.int64)
 
-    def _draw_things(self, image: Image, layout: Layout) -> None:
-        categories = layout.categories
-        places = self.window.pixels(layout.position).tolist()
-        # What is large lies below what is small.
-        for i in np.argsort(-layout.size[:, 0] * layout.size[:, 2], kind="stable"):
+    @cached_property
+    def _ice(self) -> int:
+        return self._atlas.number(ice_block(0.6 * creatures.LENGTH_M))
+
+    @cached_property
+    def _large_first(self) -> IntArray:
+        """(N,) the order in which things are drawn: what is large lies below what is small."""
+        size = self.scene.layout.size
+        return np.argsort(-size[:, 0] * size[:, 2], kind="stable")
+
+    @cached_property
+    def _roofs(self) -> IntArray:
+        """(N,) the drawings of things, the large ones first."""
+        layout, arts = self.scene.layout, []
+        for i in self._large_first:
             width, _, depth = layout.size[i].tolist()
-            colour = category_colour(layout.category[i], categories)
-            art = roof(layout.category[i], colour, width, depth)
-            x, y = places[i]
-            paste_art(image, art, x, y, self.window.scale, float(layout.yaw[i]), step=1.0)
+            colour = category_colour(layout.category[i], layout.categories)
+            arts.append(self._atlas.number(roof(layout.category[i], colour, width, depth)))
+        return np.array(arts, dtype=np.int64)
 
     def _draw_labels(self, image: Image, moment: Moment, beliefs: bool) -> None:
         plates = self.plates(moment, beliefs)

@@ -6,7 +6,8 @@ from farm_ar.drawing.game.colours import INK, Colour, darker, lighter
 from farm_ar.drawing.game.shapes import Thing, disc, ellipse, polygon, stroke, thing
 
 _HAIR: Colour = (236, 228, 212)
-_HORN: Colour = (150, 132, 104)
+_HORN: Colour = (112, 94, 70)
+_SADDLE: Colour = (176, 128, 90)
 _TAN: Colour = (186, 128, 72)
 
 
@@ -15,10 +16,11 @@ def goat(head_down: bool) -> Thing:
     reach, low = (0.031, 0.011) if head_down else (0.027, 0.038)
     above = (
         ellipse(0.0, -0.004, 0.0115, 0.0210, _HAIR),
-        ellipse(0.0, -0.007, 0.0040, 0.0150, darker(_HAIR, 0.12)),
+        ellipse(0.0, -0.013, 0.0112, 0.0095, _SADDLE),
+        *(ellipse(x, reach - 0.0085, 0.0048, 0.0024, darker(_HAIR, 0.35)) for x in (-0.0085, 0.0085)),
         ellipse(0.0, reach - 0.006, 0.0060, 0.0095, _HAIR),
-        stroke([(-0.003, reach - 0.008), (-0.009, reach - 0.016)], _HORN, 0.0028),
-        stroke([(0.003, reach - 0.008), (0.009, reach - 0.016)], _HORN, 0.0028),
+        stroke([(-0.003, reach - 0.008), (-0.008, reach - 0.018)], _HORN, 0.0032),
+        stroke([(0.003, reach - 0.008), (0.008, reach - 0.018)], _HORN, 0.0032),
         disc(0.0, reach + 0.002, 0.0022, (120, 90, 84)),
     )
     side = (
@@ -27,6 +29,7 @@ def goat(head_down: bool) -> Thing:
             for x in (-0.015, -0.009, 0.010, 0.015)
         ),
         ellipse(0.0, 0.024, 0.0215, 0.0115, _HAIR),
+        ellipse(-0.009, 0.026, 0.0115, 0.0090, _SADDLE),
         polygon([(-0.020, 0.026), (-0.026, 0.034), (-0.017, 0.032)], _HAIR),
         stroke([(0.014, 0.027), (reach - 0.002, low)], _HAIR, 0.0095),
         ellipse(reach, low, 0.0090, 0.0058, _HAIR, 0.35),

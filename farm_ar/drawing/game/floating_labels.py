@@ -16,9 +16,13 @@ from farm_ar.drawing.game.plates import plate_text
 from farm_ar.drawing.game.sprites import Sprite
 from farm_ar.game_logic.moment import Moment
 from farm_ar.geometry import direction
+from farm_ar.scenes import Camera, Layout
 
 _LETTER_PX = 13
 """Height of the letters in a picture 480 high."""
+
+_LIFT_PX = 20.0
+"""How high labels float above their roofs, in a picture 480 high: the buildings behind stay in sight."""
 
 _LIGHT_ENOUGH = 0.74
 _GLASS: Colour = (22, 24, 30)
@@ -30,39 +34,55 @@ _APPROACH_PX, _GLIDE_PX = 24.0, 160.0
 _ORDER_STEP = np.deg2rad(30.0)
 
 
-def draw_floating_labels(
-    image: Image, moment: Moment, view: Pinhole, colours: tuple[Colour, ...], top: int
-) -> None:
-    """Write each label above where the game believes it, if that is in the picture.
+class FloatingLabels:
+    """Writes each label above where the game believes it, if that is in the picture.
 
     Args:
-        image: to draw on.
-        moment: what is believed, and the counters.
-        view: the camera.
         colours: of the labels.
-        top: rows at the top to keep free.
+        top: rows at the top of the picture to keep free.
     """
-    unit = image.shape[0] / 480
-    letter = max(9, round(_LETTER_PX * unit))
-    index, roof = _in_picture(moment, view, image.shape[1], image.shape[0])
-    texts = [plate_text(moment, i) for i in index]
-    half = np.array([_tag(text, INK, letter).pixels.shape[1] / 2 for text in texts])
-    middle = np.clip(roof[:, 0], half, np.maximum(image.shape[1] - half, half))
-    line = float(_tag("", INK, letter).pixels.shape[0] + 1)
-    base = stack(middle, half, roof[:, 1] - 9 * unit, line, top + line, image.shape[0] - 4.0)
-    for k, i in enumerate(index):
-        if np.isnan(base[k]):
-            continue
-        begin = (round(float(middle[k])), round(float(base[k])))
-        end = (round(float(roof[k, 0])), round(float(roof[k, 1])))
-        cv2.line(image, begin, end, INK, max(2, round(2.6 * unit)), cv2.LINE_AA)
-        cv2.line(image, begin, end, _bright(colours[i]), max(1, round(1.2 * unit)), cv2.LINE_AA)
-    for k, i in enumerate(index):
-        if np.isnan(base[k]):
-            continue
-        tag = _tag(texts[k], _bright(colours[i]), letter)
-        left = round(float(middle[k])) - tag.pixels.shape[1] // 2
-        paste(image, tag.pixels, left, round(float(base[k])) + tag.top)
+
+    def __init__(self, colours: tuple[Colour, ...], top: int) -> None:
+        self._bright = [_bright(colour) for colour in colours]
+        self._top = top
+        self._seen: tuple[Camera, Layout, tuple[int, ...], list[int], FloatArray] | None = None
+
+    def draw(self, image: Image, moment: Moment, view: Pinhole) -> None:
+        """Write the labels.
+
+        Args:
+            image: to draw on.
+            moment: what is believed, and the counters.
+            view: the camera.
+        """
+        unit = image.shape[0] / 480
+        letter = max(9, round(_LETTER_PX * unit))
+        index, roof = self._in_picture(moment, view, image.shape)
+        tags = [_tag(plate_text(moment, i), self._bright[i], letter) for i in index]
+        half = np.array([tag.pixels.shape[1] / 2 for tag in tags])
+        middle = np.clip(roof[:, 0], half, np.maximum(image.shape[1] - half, half))
+        line = float(_tag("", INK, letter).pixels.shape[0] + 1)
+        base = stack(middle, half, roof[:, 1] - _LIFT_PX * unit, line, self._top + line, image.shape[0] - 4.0)
+        written = [k for k in range(len(index)) if not np.isnan(base[k])]
+        begins = np.rint(np.stack([middle, np.nan_to_num(base)], axis=1)).astype(int).tolist()
+        ends = np.rint(roof).astype(int).tolist()
+        thick, thin = max(2, round(2.6 * unit)), max(1, round(1.2 * unit))
+        for k in written:
+            cv2.line(image, begins[k], ends[k], INK, thick, cv2.LINE_AA)
+            cv2.line(image, begins[k], ends[k], self._bright[index[k]], thin, cv2.LINE_AA)
+        for k in written:
+            pixels = tags[k].pixels
+            paste(image, pixels, begins[k][0] - pixels.shape[1] // 2, begins[k][1] + tags[k].top)
+
+    def _in_picture(
+        self, moment: Moment, view: Pinhole, shape: tuple[int, ...]
+    ) -> tuple[list[int], FloatArray]:
+        """As `_in_picture`, and kept for as long as neither the head nor the belief changes."""
+        seen = self._seen
+        if seen is None or seen[0] is not moment.camera or seen[1] is not moment.believed or seen[2] != shape:
+            found = _in_picture(moment, view, shape[1], shape[0])
+            self._seen = seen = moment.camera, moment.believed, shape, *found
+        return seen[3], seen[4]
 
 
 def stack(
@@ -85,19 +105,23 @@ def stack(
     Returns:
         (L,) rows where they stand, NaN for those left out.
     """
-    placed = np.full(len(base), np.nan)
-    for k in range(len(base)):
-        others = np.flatnonzero(~np.isnan(placed))
-        apart = np.abs(middle[others] - middle[k]) - half[others] - half[k]
-        closeness = np.clip(1 - apart / _APPROACH_PX, 0.0, 1.0)
-        free = np.where(closeness > 0, (1 - closeness) * _GLIDE_PX, np.inf) - line
-        start = np.clip(base[k], highest, lowest)
-        row = np.min(placed[others] + free, initial=start)
+    rows: list[float] = []
+    standing: list[tuple[float, float, float]] = []
+    # So few are written in loops: arrays would take longer.
+    for x, reach, wanted in zip(middle.tolist(), half.tolist(), base.tolist(), strict=True):
+        free = []
+        for other, width, row in standing:
+            closeness = min(1 - (abs(other - x) - width - reach) / _APPROACH_PX, 1.0)
+            if closeness > 0:
+                free.append((row, (1 - closeness) * _GLIDE_PX - line))
+        start = min(max(wanted, highest), lowest)
+        row = min([start, *(other + room for other, room in free)])
         if row < highest:
-            row = np.max(placed[others] - free, initial=start)
+            row = max([start, *(other - room for other, room in free)])
         if row <= lowest:
-            placed[k] = row
-    return placed
+            standing.append((x, reach, row))
+        rows.append(row if row <= lowest else np.nan)
+    return np.array(rows)
 
 
 def _in_picture(moment: Moment, view: Pinhole, width: int, height: int) -> tuple[list[int], FloatArray]:
@@ -122,11 +146,7 @@ def _tag(text: str, colour: Colour, letter: int) -> Sprite:
     inside = round(0.34 * letter)
     height = round(1.42 * letter)
     width = words.pixels.shape[1] + 2 * inside
-    frame = _rounded(width, height, 0.0)[..., None]
-    glass = _rounded(width, height, 1.0)[..., None]
-    tinted = frame * np.array([*colour, 255.0]) * _FRAME_ALPHA
-    dark = glass * np.array([*_GLASS, 255.0]) * _GLASS_ALPHA
-    canvas = dark + tinted * (1 - glass)
+    canvas = _glass(width, height, colour).copy()
     top = (height - words.pixels.shape[0] + round(0.34 * letter)) // 2
     low, rows = max(top, 0), min(height - max(top, 0), words.pixels.shape[0] - max(-top, 0))
     ink = words.pixels[max(-top, 0) :][:rows].astype(np.float64)
@@ -134,6 +154,17 @@ def _tag(text: str, colour: Colour, letter: int) -> Sprite:
     canvas[low : low + rows, inside : width - inside] = ink + spot * (1 - ink[..., 3:] / 255)
     pixels = np.ascontiguousarray(np.rint(np.clip(canvas, 0, 255)), dtype=np.uint8)
     return Sprite(pixels, 0, -round(0.72 * letter + (height - 0.72 * letter) / 2))
+
+
+@lru_cache(maxsize=256)
+def _glass(width: int, height: int, colour: Colour) -> FloatArray:
+    """(height, width, 4) dark glass in a thin frame."""
+    frame = _rounded(width, height, 0.0)[..., None]
+    glass = _rounded(width, height, 1.0)[..., None]
+    tinted = frame * np.array([*colour, 255.0]) * _FRAME_ALPHA
+    dark: FloatArray = glass * np.array([*_GLASS, 255.0]) * _GLASS_ALPHA
+    dark += tinted * (1 - glass)
+    return dark
 
 
 def _rounded(width: int, height: int, margin: float) -> FloatArray:

@@ -15,7 +15,7 @@ from farm_ar.game_logic.moment import Moment
 from farm_ar.scenes import Scene
 
 _LEAST_HEIGHT = 120
-_GAP_PX = 4
+_GAP_PX, _GAP_COLOUR = 4, 18
 
 
 class GameFrames:
@@ -36,7 +36,8 @@ class GameFrames:
         pane = height - self._bar
         wide = 2 * round(pane * 2 / 3)
         self._above = TableFromAbove(scene, (wide, pane), header=False)
-        self._headset = HeadsetView(scene, (pane, pane), header=False)
+        self._headset = HeadsetView(scene, (pane, pane), header=False, scenery=self._above.scenery)
+        self._panes = [np.empty((pane, width, 3), np.uint8) for width in (wide, pane)]
         self.size = (wide + _GAP_PX + pane, height)
 
     def frame(self, moment: Moment, labels: bool = True, beliefs: bool = True) -> Image:
@@ -48,9 +49,10 @@ class GameFrames:
             beliefs: likewise.
         """
         width, height = self.size
-        frame = np.full((height, width, 3), 18, np.uint8)
-        above = self._above.draw(moment, labels, beliefs)
-        headset = self._headset.draw(moment)
+        frame = np.empty((height, width, 3), np.uint8)
+        above = self._above.draw(moment, labels, beliefs, self._panes[0])
+        headset = self._headset.draw(moment, self._panes[1])
+        frame[:, above.shape[1] : above.shape[1] + _GAP_PX] = _GAP_COLOUR
         frame[self._bar :, : above.shape[1]] = above
         frame[self._bar :, above.shape[1] + _GAP_PX :] = headset
         draw_header(frame, moment)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import cv2
 import numpy as np
 
@@ -9,7 +11,7 @@ from farm_ar.drawing.game.colours import DEEP_ICE, GO, ICE, PAPER, WRONG, Colour
 from farm_ar.drawing.game.lettering import BOLD, REGULAR, text_sprite, text_width
 from farm_ar.drawing.game.overlays import dashed_line, outline, play_mark, snowflake, tint_area
 from farm_ar.drawing.game.pixels import paste
-from farm_ar.drawing.game.sprites import paste_art
+from farm_ar.drawing.game.sprites import Sprite, paste_art, sprite_of
 from farm_ar.game_logic.moment import Moment
 
 _BAR: Colour = (34, 39, 48)
@@ -27,20 +29,29 @@ def header_height(picture_height: int) -> int:
 def draw_header(image: Image, moment: Moment, unit: float | None = None) -> None:
     """The bar across the top of a picture: phase at the left, caption in the middle, time at the right."""
     unit = image.shape[0] / 480 if unit is None else unit
-    height, width = 2 * round(12 * unit), image.shape[1]
     frozen = moment.phase == "hand"
-    image[:height] = DEEP_ICE if frozen else _BAR
+    words = (FROZEN_TEXT if len(moment.animal) else HAND_TEXT) if frozen else PLAY_TEXT
+    time = f"{int(moment.seconds) // 60}:{int(moment.seconds) % 60:02d}"
+    bar = _bar(words, frozen, moment.caption, time, image.shape[1], unit)
+    image[: len(bar)] = bar
+
+
+@lru_cache(maxsize=32)
+def _bar(words: str, frozen: bool, caption: str, time: str, width: int, unit: float) -> Image:
+    """The bar, made once for all frames on which it says the same."""
+    height = 2 * round(12 * unit)
+    image = np.empty((height, width, 3), np.uint8)
+    image[:] = DEEP_ICE if frozen else _BAR
     letter = max(8, round(12 * unit))
     base = (height + round(0.72 * letter)) // 2
-    words = (FROZEN_TEXT if len(moment.animal) else HAND_TEXT) if frozen else PLAY_TEXT
     end = _draw_phase(image, words, frozen, height, letter, base)
-    time = f"{int(moment.seconds) // 60}:{int(moment.seconds) % 60:02d}"
     start = width - text_width(time, letter, BOLD) - round(8 * unit)
     _write(image, time, start, base, letter, PAPER, BOLD)
-    caption = fitting(moment.caption, start - end - round(24 * unit), letter)
+    caption = fitting(caption, start - end - round(24 * unit), letter)
     middle = (end + start - text_width(caption, letter)) // 2
     if caption:
         _write(image, caption, middle, base, letter, PAPER if frozen else _PALE, REGULAR)
+    return image
 
 
 def _draw_phase(image: Image, words: str, frozen: bool, height: int, letter: int, base: int) -> int:
@@ -77,6 +88,17 @@ def draw_score(image: Image, moment: Moment, beliefs: bool, unit: float) -> None
 
 def draw_legend(image: Image, unit: float) -> None:
     """What outlines and dashed lines mean, in the lower right corner."""
+    legend = _legend(image.shape[1], image.shape[0], unit)
+    paste(image, legend.pixels, legend.left, legend.top)
+
+
+@lru_cache(maxsize=8)
+def _legend(width: int, height: int, unit: float) -> Sprite:
+    """The legend of a picture of that size; the point that it belongs to is the picture's corner."""
+    return sprite_of(lambda image: _write_legend(image, unit), width, height)
+
+
+def _write_legend(image: Image, unit: float) -> None:
     letter = max(8, round(10 * unit))
     line, swatch, margin = round(1.45 * letter), round(1.7 * letter), round(7 * unit)
     rows = ("label believed here", "its object is really there", "label on the wrong object")

@@ -2,157 +2,113 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
-
-import cv2
 import numpy as np
 
-from farm_ar.arrays import FloatArray
-from farm_ar.drawing.game import creatures, ground
-from farm_ar.drawing.game.building_solids import solid
-from farm_ar.drawing.game.colours import Image, category_colour, label_colours
-from farm_ar.drawing.game.floating_labels import draw_floating_labels
+from farm_ar.drawing.game import creatures
+from farm_ar.drawing.game.atlas import Atlas
+from farm_ar.drawing.game.colours import Image, label_colours
+from farm_ar.drawing.game.floating_labels import FloatingLabels
+from farm_ar.drawing.game.ghosts import draw_ghosts
 from farm_ar.drawing.game.header import draw_header, header_height
 from farm_ar.drawing.game.overlays import freeze, ice_block
-from farm_ar.drawing.game.perspective import draw_solid, upright_scales
+from farm_ar.drawing.game.perspective import upright_places, upright_scale
 from farm_ar.drawing.game.pinhole import Pinhole
+from farm_ar.drawing.game.pixels import Distances
 from farm_ar.drawing.game.player import draw_hand_before_eyes
-from farm_ar.drawing.game.rooms import draw_table_edges, draw_table_shadow, draw_walls
 from farm_ar.drawing.game.scenery import Scenery
-from farm_ar.drawing.game.shapes import Art
-from farm_ar.drawing.game.sprites import paste_art
+from farm_ar.drawing.game.standing import StandingThings, upright_number
 from farm_ar.game_logic.moment import Moment
-from farm_ar.scenes import Camera, Layout, Scene
+from farm_ar.scenes import Camera, Scene
 
-_TEXTURE_PX = 640
 _HOPS = 160.0
 """Radians of a hop for each metre run: an animal that stands still does not hop."""
 
 _ICE = ice_block(0.55 * creatures.LENGTH_M, 0.45 * creatures.LENGTH_M)
 """The ice around an animal, seen from the side."""
 
-Item = tuple[float, Callable[[Image], None]]
-"""How far something is away, and what draws it."""
-
 
 class HeadsetView:
     """Draws moments of a game as the headset's camera sees them; equal moments give equal bytes.
 
-    It shows what the player sees: labels float where the game believes them, right or wrong.
+    It shows what the player sees: labels float where the game believes them, right or wrong. Besides, for
+    whoever watches, where an object is not where its label is believed, its outline stands there.
 
     Args:
         scene: the table.
         size: width and height of the pictures, pixels; the view's left and right limits are those of the
             picture.
         header: whether a bar at the top tells phase, caption and time.
+        scenery: of the scene, where another drawer has it already.
     """
 
-    def __init__(self, scene: Scene, size: tuple[int, int] = (480, 480), header: bool = True) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        size: tuple[int, int] = (480, 480),
+        header: bool = True,
+        scenery: Scenery | None = None,
+    ) -> None:
         self.scene = scene
         self.size = size
         self._header = header_height(size[1]) if header else 0
         self._colours = label_colours(scene.layout.labels)
-        self._scenery = Scenery(scene)
-        self._farm = ground.is_farm(scene)
-        height = round(_TEXTURE_PX * min(2.0, scene.size[1] / scene.size[0]))
-        self._top = ground.table_top(scene, _TEXTURE_PX, height)
-        light = np.linspace(0.86, 1.08, size[1])[:, None, None]
-        self._floor = np.clip(light * np.array(ground.FLOOR), 0, 255).astype(np.uint8)
+        self._scenery = scenery or Scenery(scene)
+        self._labels = FloatingLabels(self._colours, self._header)
+        self._atlas = Atlas(upright_scale)
+        self._standing = StandingThings(scene, size, self._scenery.standing, self._atlas)
+        self._bunny = np.array([category == "hutch" for category in scene.layout.category])
+        self._animals = np.array([self._facing_both_ways(i) for i in range(len(self._colours))], np.int64)
+        self._ice = self._atlas.number(_ICE)
 
-    def draw(self, moment: Moment) -> Image:
-        """The picture of a moment, (H, W, 3) red, green, blue."""
+    def draw(self, moment: Moment, out: Image | None = None) -> Image:
+        """The picture of a moment, (H, W, 3) red, green, blue.
+
+        Args:
+            moment: of this drawer's scene.
+            out: to draw on; a new picture by default.
+        """
         width, height = self.size
-        image = np.empty((height, width, 3), np.uint8)
+        image = np.empty((height, width, 3), np.uint8) if out is None else out
         view = Pinhole.of(moment.camera, width, height)
         frozen = moment.phase == "hand"
-        self._draw_room(image, view)
-        items = self._things(moment.truth, view) + self._upright(moment, view, frozen)
-        for _, draw in sorted(items, key=lambda item: -item[0]):
-            draw(image)
+        away = self._standing.draw(image, moment.camera, view, moment.truth)
+        self._draw_figures(image, away, moment, view, frozen)
         if frozen:
             freeze(image)
+        draw_ghosts(image, moment, view, self._colours)
         if moment.hand is not None:
             draw_hand_before_eyes(image, moment.hand, view)
         _dim_outside(image, moment.camera, view)
-        draw_floating_labels(image, moment, view, self._colours, self._header)
+        self._labels.draw(image, moment, view)
         if self._header:
             draw_header(image, moment)
         return image
 
-    def _draw_room(self, image: Image, view: Pinhole) -> None:
-        """Wall, floor and the table top; in a room its four walls."""
-        height = image.shape[0]
-        horizon = int(np.clip(np.floor(view.horizon), 0, height))
-        image[:] = self._floor
-        image[:horizon] = ground.WALL
-        width_m, depth_m = self.scene.size
-        if self._farm:
-            draw_table_shadow(image, view, self.scene.size)
-            draw_table_edges(image, view, self.scene.size)
-        if horizon == height:
-            return
-        rows, columns = self._top.shape[:2]
-        to_metres = np.array([[width_m / columns, 0, 0], [0, -depth_m / rows, depth_m], [0, 0, 1.0]])
-        below = np.array([[1.0, 0, 0], [0, 1.0, -horizon], [0, 0, 1.0]])
-        part = image[horizon:]
-        cv2.warpPerspective(
-            self._top,
-            below @ view.plane @ to_metres,
-            (part.shape[1], part.shape[0]),
-            dst=part,
-            flags=cv2.INTER_LINEAR,
-            borderMode=cv2.BORDER_TRANSPARENT,
-        )
-        if not self._farm:
-            draw_walls(image, view, self.scene.size)
+    def _facing_both_ways(self, label: int) -> tuple[int, int]:
+        """The drawings of an animal of a label that runs to the right and to the left."""
+        make = creatures.bunny_side if self._bunny[label] else creatures.chicken_side
+        right, left = (self._atlas.number(make(self._colours[label], way)) for way in (False, True))
+        return right, left
 
-    def _things(self, layout: Layout, view: Pinhole) -> list[Item]:
-        """Buildings and other things."""
-        items: list[Item] = []
-        feet = np.insert(layout.position, 1, layout.elevation, axis=1)
-        away = view.frame(feet)[:, 2]
-        for i in np.flatnonzero(away > -layout.size.max(axis=1)):
-            colour = category_colour(layout.category[i], layout.categories)
-            shape = solid(layout.category[i], colour, *layout.size[i].tolist())
-            draw = partial(draw_solid, view=view, solid=shape, yaw=float(layout.yaw[i]), foot=feet[i])
-            items.append((float(away[i]), draw))
-        return items
-
-    def _upright(self, moment: Moment, view: Pinhole, frozen: bool) -> list[Item]:
-        """What always faces the eye: scenery and animals."""
-        arts, feet = self._figures(moment, view, frozen)
-        if not arts:
-            return []
-        frame = view.frame(feet)
-        scales = upright_scales(view, frame[:, 2])
-        pixels = view.pixels(frame)
-        near = (pixels > -200).all(axis=1) & (pixels < np.array(self.size) + 200).all(axis=1) & (scales > 0)
-        away, places, sizes = frame[:, 2].tolist(), pixels.tolist(), scales.tolist()
-        return [
-            (away[k], partial(paste_art, art=arts[k], x=places[k][0], y=places[k][1], scale=sizes[k]))
-            for k in np.flatnonzero(near)
-        ]
-
-    def _figures(self, moment: Moment, view: Pinhole, frozen: bool) -> tuple[list[Art], FloatArray]:
-        """The drawings of scenery and animals, and (F, 3) where they stand, metres."""
-        arts, places, lifts = [], [], []
-        for placed in self._scenery.standing + self._scenery.living(moment.seconds):
-            leftwards = np.sin(placed.yaw - view.yaw) < 0
-            arts.append(placed.thing.side_left if leftwards else placed.thing.side)
-            places.append(placed.position)
-            lifts.append(0.0)
-        hop = np.abs(np.sin(_HOPS / 2 * moment.animal.sum(axis=1)))
-        leftwards_all = (np.sin(moment.animal_heading - view.yaw) < 0).tolist()
-        for k, goal in enumerate(moment.animal_goal.tolist()):
-            bunny = self.scene.layout.category[goal] == "hutch"
-            make = creatures.bunny_side if bunny else creatures.chicken_side
-            animal = make(self._colours[goal], leftwards_all[k])
-            for art in (animal, _ICE) if frozen else (animal,):
-                arts.append(art)
-                places.append(moment.animal[k])
-                lifts.append(float(hop[k]) * (0.010 if bunny else 0.003))
-        return arts, np.insert(np.array(places).reshape(-1, 2), 1, lifts, axis=1)
+    def _draw_figures(
+        self, image: Image, away: Distances, moment: Moment, view: Pinhole, frozen: bool
+    ) -> None:
+        """What moves of itself and always faces the eye: the scenery's animals and the game's."""
+        living = self._scenery.living(moment.seconds)
+        leftwards = (np.sin(moment.animal_heading - view.yaw) < 0).astype(np.int64)
+        bunny = self._bunny[moment.animal_goal]
+        hop = np.abs(np.sin(_HOPS / 2 * moment.animal.sum(axis=1))) * np.where(bunny, 0.010, 0.003)
+        animals, place = self._animals[moment.animal_goal, leftwards], moment.animal
+        if frozen:
+            animals = np.stack([animals, np.full_like(animals, self._ice)], axis=1).reshape(-1)
+            place, hop = np.repeat(place, 2, axis=0), np.repeat(hop, 2)
+        around = np.array([upright_number(self._atlas, placed, view) for placed in living], np.int64)
+        where = np.array([placed.position for placed in living]).reshape(-1, 2)
+        lift = np.concatenate([np.zeros(len(living)), hop])
+        feet = np.insert(np.concatenate([where, place]), 1, lift, axis=1)
+        art = np.concatenate([around, animals])
+        places, size, distance, near = upright_places(view, feet, self.size)
+        self._atlas.paste_in_space(image, away, art[near], places[near], size[near], distance[near], False)
 
 
 def _dim_outside(image: Image, camera: Camera, view: Pinhole) -> None:

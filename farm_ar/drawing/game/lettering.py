@@ -38,19 +38,26 @@ def text_sprite(
         weight: of the letters, `REGULAR` or `BOLD`.
         halo: colour of a line around every letter, none by default.
     """
-    margin = 0 if halo is None else max(2, round(pixels / 6))
-    ink = np.pad(_mask(text, pixels, weight), margin).astype(np.float64) / 255
-    around = np.zeros_like(ink)
-    if halo is not None:
-        kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * margin - 1, 2 * margin - 1))
-        grown = cv2.GaussianBlur(cv2.dilate(ink, kernel), (3, 3), 0)
-        around = np.clip(1.15 * np.asarray(grown), 0, 1)
+    mask = _mask(text, pixels, weight)
+    if halo is None:
+        return Sprite(_inks(colour)[mask], 0, -_ascent(pixels))
+    margin = max(2, round(pixels / 6))
+    ink = np.pad(mask, margin).astype(np.float64) / 255
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * margin - 1, 2 * margin - 1))
+    grown = cv2.GaussianBlur(cv2.dilate(ink, kernel), (3, 3), 0)
+    around = np.clip(1.15 * np.asarray(grown), 0, 1)
     below = around * (1 - ink)
-    shade = np.array(halo if halo is not None else colour)
-    rgb = ink[..., None] * np.array(colour) + below[..., None] * shade
+    rgb = ink[..., None] * np.array(colour) + below[..., None] * np.array(halo)
     pixels_out = np.dstack([rgb, 255 * (ink + below)])
     sprite = np.ascontiguousarray(np.rint(pixels_out), dtype=np.uint8)
     return Sprite(sprite, -margin, -margin - _ascent(pixels))
+
+
+@lru_cache(maxsize=256)
+def _inks(colour: Colour) -> npt.NDArray[np.uint8]:
+    """(256, 4) what a pixel of a sprite is that is inked so much."""
+    ink = np.arange(256)[:, None]
+    return np.hstack([np.rint(ink / 255 * np.array(colour)), ink]).astype(np.uint8)
 
 
 def _ascent(pixels: int) -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from farm_ar.arrays import BoolArray
+from farm_ar.arrays import BoolArray, FloatArray
 from farm_ar.drawing.game.colours import VIEW, WRONG, Colour, Image, darker
 from farm_ar.drawing.game.overlays import dashed_line, outline, tint_area
 from farm_ar.drawing.game.player import head
@@ -18,24 +18,43 @@ _FAR = 0.008
 """Distance from which belief and truth count as different, in diagonals of the table."""
 
 _TURNED = np.deg2rad(8.0)
-_HEAD_RADIUS_M = 0.05
+HEAD_RADIUS_M = 0.05
 _LEAST_HEAD_PX = 9.0
 
 
-def draw_camera(image: Image, camera: Camera, window: Window) -> None:
-    """The field of view as a light wedge, and the player's head; one out of the picture looks in."""
-    fov, unit = camera.fov, window.height / 480
+class CameraMark:
+    """Draws the field of view as a light wedge, and the player's head; one out of the picture looks in.
+
+    Args:
+        window: what the picture shows.
+    """
+
+    def __init__(self, window: Window) -> None:
+        self._window = window
+        self._wedge: tuple[Camera, FloatArray] | None = None
+
+    def draw(self, image: Image, camera: Camera) -> None:
+        """Draw the mark of a camera."""
+        window, unit = self._window, self._window.height / 480
+        if self._wedge is None or self._wedge[0] is not camera:
+            self._wedge = camera, _wedge(camera, window)
+        pixels = self._wedge[1]
+        tint_area(image, pixels, VIEW, 0.17)
+        outline(image, pixels, VIEW, max(1, round(1.4 * unit)))
+        grown = max(1.0, _LEAST_HEAD_PX * unit / (HEAD_RADIUS_M * window.scale))
+        x, y = np.clip(window.pixels(camera.position), 0, [window.width, window.height]).tolist()
+        paste_art(image, head(), x, y, round(grown * window.scale, 3), float(camera.yaw), step=1.0)
+
+
+def _wedge(camera: Camera, window: Window) -> FloatArray:
+    """(V, 2) the field of view, pixels, as far as it can be in the picture."""
+    fov = camera.fov
     edges = np.array([(x, y) for x in (0, window.width) for y in (0, window.height)], dtype=np.float64)
     farthest = float(np.linalg.norm(window.metres(edges) - camera.position, axis=1).max())
     reach = min(fov.range_m, 1.05 * farthest)
-    wedge = view_polygon(camera.position, float(camera.yaw), fov.left, fov.right, reach, arc_points=24)
-    pixels = window.pixels(wedge)
-    tint_area(image, pixels, VIEW, 0.17)
-    outline(image, pixels, VIEW, max(1, round(1.4 * unit)))
-    grown = max(1.0, _LEAST_HEAD_PX * unit / (_HEAD_RADIUS_M * window.scale))
-    x, y = np.clip(window.pixels(camera.position), 0, [window.width, window.height])
-    scale = round(grown * window.scale, 3)
-    paste_art(image, head(), float(x), float(y), scale, float(camera.yaw), step=1.0)
+    return window.pixels(
+        view_polygon(camera.position, float(camera.yaw), fov.left, fov.right, reach, arc_points=24)
+    )
 
 
 def draw_beliefs(image: Image, moment: Moment, window: Window, colours: tuple[Colour, ...]) -> None:
@@ -65,8 +84,13 @@ def draw_beliefs(image: Image, moment: Moment, window: Window, colours: tuple[Co
 
 def differs(moment: Moment) -> BoolArray:
     """(N,) labels that are wrong, or whose object is not where it is believed to be."""
+    return displaced(moment) | moment.wrong
+
+
+def displaced(moment: Moment) -> BoolArray:
+    """(N,) labels whose object is not where it is believed to be."""
     believed, truth = moment.believed, moment.truth
     apart = np.linalg.norm(believed.position - truth.position, axis=1)
     turned = np.abs(wrap(believed.yaw - truth.yaw))
     different: BoolArray = (apart > _FAR * moment.scene.diagonal) | (turned > _TURNED)
-    return different | moment.wrong
+    return different

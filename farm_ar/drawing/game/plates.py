@@ -12,6 +12,7 @@ from farm_ar.arrays import FloatArray
 from farm_ar.drawing.game.colours import PAPER, WRONG, Colour, Image, darker, legible_on
 from farm_ar.drawing.game.lettering import BOLD, text_sprite, text_width
 from farm_ar.drawing.game.pixels import Bytes, paste
+from farm_ar.drawing.game.sprites import Sprite
 from farm_ar.drawing.labels import place_labels
 from farm_ar.game_logic.counters import label_text
 from farm_ar.game_logic.moment import Moment
@@ -92,14 +93,26 @@ def arrange(
 
 def draw_leaders(image: Image, plates: Plates, colours: list[Colour], unit: float) -> None:
     """A line from each plate to what it names, ending in a dot of the label's colour."""
-    for box, anchor, colour in zip(plates.box, plates.anchor, colours, strict=True):
-        start = np.clip(anchor, box[:2] + 3, box[2:] - 3)
-        dark = darker(colour, 0.65)
-        begin, end = (tuple(int(v) for v in np.rint(point)) for point in (start, anchor))
-        cv2.line(image, begin, end, dark, max(2, round(2.6 * unit)), cv2.LINE_AA)
-        cv2.line(image, begin, end, colour, max(1, round(1.2 * unit)), cv2.LINE_AA)
-        cv2.circle(image, end, round(4 * unit), dark, -1, cv2.LINE_AA)
-        cv2.circle(image, end, round(2.8 * unit), colour, -1, cv2.LINE_AA)
+    starts = np.rint(np.clip(plates.anchor, plates.box[:, :2] + 3, plates.box[:, 2:] - 3)).astype(int)
+    ends = np.rint(plates.anchor).astype(int)
+    for (x, y), (dx, dy), colour in zip(ends.tolist(), (starts - ends).tolist(), colours, strict=True):
+        leader = _leader(dx, dy, colour, unit)
+        paste(image, leader.pixels, x + leader.left, y + leader.top)
+
+
+@lru_cache(maxsize=1024)
+def _leader(dx: int, dy: int, colour: Colour, unit: float) -> Sprite:
+    """A line that begins at (dx, dy), pixels, and ends in a dot, which is where it belongs."""
+    reach = round(4 * unit) + 3
+    left, top = min(dx, 0) - reach, min(dy, 0) - reach
+    canvas = np.zeros((abs(dy) + 2 * reach, abs(dx) + 2 * reach, 4), np.uint8)
+    begin, end = (dx - left, dy - top), (-left, -top)
+    bright, dark = (*colour, 255), (*darker(colour, 0.65), 255)
+    cv2.line(canvas, begin, end, dark, max(2, round(2.6 * unit)), cv2.LINE_AA)
+    cv2.line(canvas, begin, end, bright, max(1, round(1.2 * unit)), cv2.LINE_AA)
+    cv2.circle(canvas, end, round(4 * unit), dark, -1, cv2.LINE_AA)
+    cv2.circle(canvas, end, round(2.8 * unit), bright, -1, cv2.LINE_AA)
+    return Sprite(canvas, left, top)
 
 
 def draw_plate(image: Image, text: str, box: FloatArray, colour: Colour, letter: int, wrong: bool) -> None:

@@ -57,6 +57,7 @@ class Scenery:
     def __init__(self, scene: Scene) -> None:
         self.standing: list[Placed] = []
         self._living: list[Callable[[float], Placed]] = []
+        self._then: tuple[float, list[Placed]] = (np.nan, [])
         if not is_farm(scene):
             return
         self._ground = _Ground(scene)
@@ -66,15 +67,18 @@ class Scenery:
 
     def living(self, seconds: float) -> list[Placed]:
         """The environmental animals after some time of play."""
-        return [where(seconds) for where in self._living]
+        if self._then[0] != seconds:
+            self._then = seconds, [where(seconds) for where in self._living]
+        return self._then[1]
 
     def _furnish(self) -> None:
+        wood = farm_things.wood_stack()
         for thing, spot, yaw in (
             (farm_things.silo(), (0.955, 0.93), 0.0),
             (farm_things.tractor(), (0.83, 0.91), 1.2),
-            (farm_things.wood_stack(), (0.06, 0.93), 0.15),
+            (wood, (0.06, 0.93), 0.15),
             (farm_things.hay_trough(), (0.56, 0.19), 0.0),
-            (farm_things.wood_stack(), (0.95, 0.21), -0.2),
+            (wood, (0.95, 0.21), -0.2),
         ):
             place = self._ground.take(spot, thing.radius)
             if place is not None:
@@ -97,9 +101,9 @@ class Scenery:
 
     def _plant(self) -> None:
         rng = np.random.default_rng(2024)
-        flowers = [farm_things.flower(petal) for petal in _PETALS]
+        flowers, tuft = [farm_things.flower(petal) for petal in _PETALS], farm_things.tuft()
         for k in range(70):
-            thing = farm_things.tuft() if k % 5 < 3 else flowers[k % len(flowers)]
+            thing = tuft if k % 5 < 3 else flowers[k % len(flowers)]
             place = self._ground.take(rng.uniform(0.01, 0.99, size=2).tolist(), thing.radius, reach=0.0)
             if place is not None:
                 self.standing.append(Placed(thing, place, rng.uniform(-0.5, 0.5)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -17,9 +18,12 @@ from farm_ar.drawing.game.shapes import Art, Part
 SHIFT = 4
 """Binary places of the coordinates that OpenCV is given."""
 
-_FINER = 4  # sprites are drawn so many times larger, then averaged
-_PHASES = 4  # positions between two pixels
 _SHADOW = 64
+
+_FINER = 4  # sprites are drawn so many times larger, then averaged
+
+PHASES = 2
+"""Positions of a drawing between two pixels, across and down."""
 
 
 class Sprite(NamedTuple):
@@ -41,6 +45,24 @@ def fixed_point(pixels: FloatArray) -> npt.NDArray[np.int32]:
     return np.rint((pixels - 0.5) * (1 << SHIFT)).astype(np.int32, order="C")
 
 
+def sprite_of(draw: Callable[[Image], None], width: int, height: int) -> Sprite:
+    """What a function draws on a picture of that size, as a sprite that belongs to its upper left corner.
+
+    It is drawn on black and on white: where the two differ, the picture below is seen.
+    """
+    black = np.zeros((height, width, 3), np.uint8)
+    white = np.full((height, width, 3), 255, np.uint8)
+    draw(black)
+    draw(white)
+    opacity = (255 - (white.astype(np.int64) - black)).clip(0, 255).max(axis=2)
+    rows, columns = (np.flatnonzero(opacity.any(axis=axis)) for axis in (1, 0))
+    if not len(rows):
+        return Sprite(np.zeros((1, 1, 4), np.uint8), 0, 0)
+    part = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    pixels = np.ascontiguousarray(np.dstack([black, opacity])[part], dtype=np.uint8)
+    return Sprite(pixels, int(columns[0]), int(rows[0]))
+
+
 def paste_art(
     image: Image, art: Art, x: float, y: float, scale: float, yaw: float = 0.0, step: float = 7.5
 ) -> None:
@@ -57,25 +79,35 @@ def paste_art(
     """
     heading = round(np.rad2deg(yaw) / step) * step % 360.0
     column, row = int(np.floor(x)), int(np.floor(y))
-    sprite = _rendered(art, scale, heading, int((x - column) * _PHASES), int((y - row) * _PHASES))
+    sprite = rendered(art, scale, heading, int((x - column) * PHASES), int((y - row) * PHASES))
     paste(image, sprite.pixels, column + sprite.left, row + sprite.top)
 
 
-@lru_cache(maxsize=8192)
-def _rendered(art: Art, scale: float, heading: float, phase_x: int, phase_y: int) -> Sprite:
-    """A drawing at a scale, a heading in degrees and a place within the pixel, in quarters."""
+@lru_cache(maxsize=4096)
+def rendered(art: Art, scale: float, heading: float, phase_x: int, phase_y: int) -> Sprite:
+    """A drawing at a scale, a heading in degrees and a place within the pixel, in halves."""
+    canvas, left, top = _finer(art, scale, heading)
+    height, width = (side // _FINER - 1 for side in canvas.shape[:2])
+    down, right = (_FINER - phase * (_FINER // PHASES) for phase in (phase_y, phase_x))
+    shifted = canvas[down : down + height * _FINER, right : right + width * _FINER]
+    pixels = cv2.resize(shifted, (width, height), interpolation=cv2.INTER_AREA)
+    return Sprite(np.ascontiguousarray(pixels, dtype=np.uint8), left, top)
+
+
+@lru_cache(maxsize=1024)
+def _finer(art: Art, scale: float, heading: float) -> tuple[npt.NDArray[np.uint8], int, int]:
+    """A drawing several times larger, in the first of its places, with a free pixel before it; left, top."""
     turn = np.deg2rad(heading)
     # Ahead is up the page, where rows fall.
     to_page = scale * np.array([[np.cos(turn), np.sin(turn)], [np.sin(turn), -np.cos(turn)]])
-    phase = (np.array([phase_x, phase_y]) + 0.5) / _PHASES
-    placed = [(part.points @ to_page.T + phase, part) for part in art.parts]
+    placed = [(part.points @ to_page.T + 0.5 / PHASES, part) for part in art.parts]
     every = np.concatenate([points for points, _ in placed])
     widest = max(part.width for part in art.parts)
     reach = scale * (widest / 2 + art.outline + art.shadow) + 1.5
     low = np.floor(every.min(axis=0) - reach).astype(int)
-    width, height = (np.ceil(every.max(axis=0) + reach) - low).astype(int)
+    width, height = (np.ceil(every.max(axis=0) + 1.0 + reach) - low).astype(int) + 1
     canvas = np.zeros((height * _FINER, width * _FINER, 4), np.uint8)
-    outlines = [((points - low) * _FINER, part) for points, part in placed]
+    outlines = [((points - low + 1) * _FINER, part) for points, part in placed]
     if art.shadow:
         fall = art.shadow * scale * _FINER * np.array([0.8, 0.6])
         for points, part in outlines:
@@ -85,8 +117,7 @@ def _rendered(art: Art, scale: float, heading: float, phase_x: int, phase_y: int
             _draw(canvas, points, part, art.ink, 255, scale, art.outline)
     for points, part in outlines:
         _draw(canvas, points, part, part.colour, part.alpha, scale, 0.0)
-    pixels = cv2.resize(canvas, (int(width), int(height)), interpolation=cv2.INTER_AREA)
-    return Sprite(np.ascontiguousarray(pixels, dtype=np.uint8), int(low[0]), int(low[1]))
+    return canvas, int(low[0]), int(low[1])
 
 
 def _draw(

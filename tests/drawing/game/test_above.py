@@ -220,3 +220,29 @@ def test_the_small_picture_shows_truth_heading_view_and_hand():
     assert first.shape == (96, 144, 3)
     for change in changes:
         assert not np.array_equal(first, drawer.draw(change, False))
+
+
+def test_plates_leave_the_names_of_sites_and_the_animals_before_the_sheds_door_in_sight():
+    drawer = TableFromAbove(FARM)
+    box = drawer.plates(start()).box
+    shed = FARM.layout.index("shed")
+    before_door = FARM.layout.position[shed] - np.array([0.0, FARM.layout.size[shed, 2] / 2])
+    kept_free = [before_door - np.array([0.0, ahead]) for ahead in (0.02, 0.08, 0.14)]
+    kept_free += [np.array([site.x, site.z]) for site in FARM.sites if site.name in ("S1", "S4")]
+    for x, y in drawer.window.pixels(np.array(kept_free)):
+        covered = (box[:, 0] <= x) & (x <= box[:, 2]) & (box[:, 1] <= y) & (y <= box[:, 3])
+        assert not covered.any()
+
+
+def test_the_name_of_the_site_on_which_the_player_stands_is_written_beside_the_head():
+    drawer = TableFromAbove(FARM)
+    away = replace(FACING_S1, position=FACING_S1.position + np.array([0.3, 0.0]))
+    x, y = drawer.window.pixels(np.array([0.60, -0.30])).astype(int)
+    beside, at_site = np.s_[y - 22 : y - 6, x + 30 : x + 48], np.s_[y - 14 : y, x + 4 : x + 22]
+    on_site, elsewhere = (drawer.draw(start(camera=camera), labels=False) for camera in (FACING_S1, away))
+    assert (
+        share_of(on_site[beside], (252, 250, 244), 30)
+        > 0.1
+        > share_of(elsewhere[beside], (252, 250, 244), 30)
+    )
+    assert share_of(elsewhere[at_site], (252, 250, 244), 30) > 0.1

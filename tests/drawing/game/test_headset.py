@@ -188,3 +188,51 @@ def test_labels_with_room_float_where_they_belong_and_glide_when_they_come_near(
     assert rows[0] == pytest.approx(base)
     assert rows[-1] == pytest.approx([300.0, 282.0])
     assert np.abs(np.diff(rows, axis=0)).max() < 2.5
+
+
+def test_an_object_that_is_not_where_it_is_believed_has_a_ghost_there_in_its_labels_colour():
+    drawer = HeadsetView(FARM)
+    position = FARM.layout.position.copy()
+    i = FARM.layout.index("cyan-hutch")
+    position[i] += [0.25, -0.05]
+    believed = replace(start(), believed=FARM.layout.with_poses(position, FARM.layout.yaw))
+    view = Pinhole.of(FACING_S1, 480, 480)
+    x, y = view.pixels(view.frame(np.array([position[i, 0], 0.0, position[i, 1]]))).astype(int)
+    area = np.s_[y - 30 : y + 30, x - 40 : x + 40]
+    cyan = label_colours(FARM.layout.labels)[i]
+    assert has(drawer.draw(believed)[area], cyan)
+    assert not has(drawer.draw(start())[area], cyan)
+
+
+def test_a_ghost_behind_the_eye_is_not_drawn():
+    inside = Camera(np.array([0.6, 0.4]), 0.0, FACING_S1.fov, np.array(0.2))
+    position = FARM.layout.position.copy()
+    position[FARM.layout.index("cyan-hutch")] = [0.6, 0.1]
+    moved = FARM.layout.with_poses(position, FARM.layout.yaw)
+    drawer, plain = HeadsetView(FARM), start(camera=inside)
+    assert np.array_equal(drawer.draw(replace(plain, believed=moved)), drawer.draw(plain))
+
+
+def test_a_building_hides_an_animal_behind_it_but_not_one_before_it():
+    i = FARM.layout.index("cyan-hutch")
+    place, colour = FARM.layout.position[i], label_colours(FARM.layout.labels)[i]
+    away = (place - FACING_S1.position) / np.linalg.norm(place - FACING_S1.position)
+    drawer, seen = HeadsetView(FARM), []
+    for step in (-0.1, 0.1):
+        one = replace(
+            start(), animal=(place + step * away)[None], animal_heading=np.zeros(1), animal_goal=np.array([i])
+        )
+        changed = (drawer.draw(one) != drawer.draw(start())).any(axis=-1)
+        seen.append(int((np.abs(drawer.draw(one)[changed].astype(int) - colour).max(axis=-1) < 40).sum()))
+    assert seen[0] > 100 > 3 * seen[1]
+
+
+def test_what_is_kept_from_the_picture_before_does_not_show():
+    drawer, moment = HeadsetView(FARM), start()
+    layout = FARM.layout
+    position = layout.position.copy()
+    position[1] += [0.1, -0.1]
+    moved = replace(moment, truth=layout.with_poses(position, layout.yaw))
+    turned = replace(moment, truth=layout.with_poses(layout.position, layout.yaw + 0.3))
+    for other in (moved, turned, start(camera=FACING_S4), moment, moved):
+        assert np.array_equal(drawer.draw(other), HeadsetView(FARM).draw(other))

@@ -1,0 +1,43 @@
+"""How a script leaves things, without a film of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from farm_ar.game_logic.moment import Moment
+from farm_ar.game_logic.tracker import ReidFactory, spatial_by_category
+from farm_ar.showcases.film import FPS, Film, Image, Screening
+from farm_ar.showcases.script import Script
+
+_NOTHING: Image = np.zeros((1, 1, 3), np.uint8)
+
+
+class _Last:
+    """In place of pictures: the last moment."""
+
+    moment: Moment
+
+    def frame(self, moment: Moment) -> Image:
+        self.moment = moment
+        return _NOTHING
+
+
+def outcome(
+    script: Script, make_reid: ReidFactory = spatial_by_category, to_the_end: bool = False
+) -> tuple[Film, Moment]:
+    """Play a script and draw nothing.
+
+    Args:
+        script: what happens.
+        make_reid: makes the re-identifier for the scene as it is believed to be.
+        to_the_end: whether the play after the last visit is played too, and not one frame of it only.
+
+    Returns:
+        What was noted, and the last moment.
+    """
+    last = _Last()
+    ending = script.ending if to_the_end else 1 / FPS
+    film = Screening(replace(script, ending=ending), make_reid, lambda scene: last).play()
+    return film, last.moment

@@ -1,0 +1,73 @@
+"""`farm-ar play`: a game by hand."""
+
+import cv2
+import pytest
+from typer.testing import CliRunner
+
+from farm_ar.cli.program import app
+from farm_ar.showcases import load_script
+
+
+@pytest.fixture
+def play(tmp_path):
+    def run(lines, *options):
+        arguments = ["play", "--out", str(tmp_path), *map(str, options)]
+        return CliRunner().invoke(app, arguments, input="\n".join(lines) + "\n")
+
+    return run
+
+
+def test_a_move_and_a_look_tell_what_the_snapshot_said_and_draw_it(play, tmp_path):
+    result = play(["red-coop by 0.05 0", "look", "where", "end"], "--save", tmp_path / "mine.toml")
+    assert result.exit_code == 0, result.output
+    assert "Right: 7 of 7 detections. On the wrong building: none" in result.output
+    assert "Animals that did not get into the building of their colour: 0" in result.output
+    before, after = (line.split() for line in result.output.splitlines() if line.startswith("red-coop "))
+    assert float(after[1]) == pytest.approx(float(before[1]) + 0.05, abs=0.002)
+    pictures = [cv2.imread(str(tmp_path / f"play-{k}.png")) for k in range(2)]
+    assert pictures[0].shape == pictures[1].shape == (480, 1068, 3)
+    assert (pictures[0] != pictures[1]).any()
+    (visit,) = load_script(tmp_path / "mine.toml").visits
+    assert visit.moves[0].by == (0.05, 0.0)
+
+
+def test_two_coops_in_each_others_place_are_taken_for_each_other(play):
+    lines = [
+        "blue-coop to 0.45 0.12",
+        "yellow-coop to 0.42 0.345 turn -20",
+        "blue-coop to 0.185 0.26 turn 20",
+    ]
+    result = play([*lines, "look"])
+    assert "On the wrong building: yellow-coop, blue-coop" in result.output
+    assert "Right: 7 of 7" not in result.output
+
+
+def test_a_line_that_cannot_be_done_is_told_and_the_game_goes_on(play):
+    result = play(["nonsense", "shed by 1 1", "help", "", "look"])
+    assert result.exit_code == 0, result.output
+    assert "move: must be BUILDING to X Z" in result.output
+    assert "building: must be one of yellow-coop" in result.output
+    assert result.output.count("the hand leaves: one snapshot is taken") == 2
+    assert "Right: 7 of 7" in result.output
+
+
+def test_moves_that_were_not_looked_at_are_played_at_the_end(play):
+    assert "Right: 7 of 7" in play(["red-coop by 0.05 0"]).output
+
+
+def test_a_game_without_a_move_ends_at_once(play, tmp_path):
+    result = play(["end"])
+    assert result.exit_code == 0
+    assert "Counters" not in result.output
+    assert (tmp_path / "play-0.png").exists()
+
+
+def test_on_a_terminal_it_asks_for_each_line(play, monkeypatch):
+    monkeypatch.setattr("farm_ar.cli.play._at_a_terminal", lambda: True)
+    assert "visit 1> " in play(["end"]).output
+
+
+def test_a_scene_without_a_shed_is_one_line_and_exit_code_2(play):
+    result = play([], "--scene", "L1", "--gaze", "sweep")
+    assert result.exit_code == 2
+    assert "scene: must be" in result.output
