@@ -19,6 +19,7 @@ from farm_ar.sweeps import (
     grid,
     run_sweep,
 )
+from farm_ar.sweeps.attempts import Attempt
 from farm_ar.sweeps.claims import Presence, is_alive
 from farm_ar.sweeps.export import as_csv
 
@@ -316,3 +317,13 @@ def test_results_are_never_taken_for_whole_while_units_are_missing(tmp_path):
 
         with pytest.raises(UnfinishedSweepError):
             run_sweep(sweep, store, watch=start_over, keep_every=0.0).rows()
+
+
+def test_what_is_in_the_store_wins_over_what_comes_later(tmp_path):
+    (unit,) = Sweep("doubles", "sweep_functions:double", grid(x=(1,))).units
+    with Store(tmp_path / "store") as store:
+        store.plan("doubles", [unit])
+        for number in (1, 2):
+            store.save([Attempt(unit, rows=f'[{{"n":{number}}}]', seconds=float(number))])
+        results = store.results("doubles")
+    assert (results.rows(), dict(results.seconds)) == ([{"n": 1}], {unit.key: 1.0})
