@@ -1,5 +1,6 @@
 """Re-identification: which detection is which label."""
 
+from farm_ar.reid.alternatives import alternatives
 from farm_ar.reid.baselines import BASELINES, DistanceReid, LastKnownReid, NearestReid
 from farm_ar.reid.certified_pruning import solve_certified
 from farm_ar.reid.costs import dimension_cost, rotation_cost, total_cost, translation_cost
@@ -60,6 +61,7 @@ __all__ = [
     "Tracking",
     "Whereabouts",
     "accuracy",
+    "alternatives",
     "association_marginals",
     "batch_accuracy",
     "dimension_cost",

@@ -8,6 +8,7 @@ import numba
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
+from farm_ar.reid.margins import find_margins
 from farm_ar.reid.pruning import SUM_TOLERANCE
 from farm_ar.scenes import UNKNOWN
 
@@ -84,12 +85,16 @@ class Answer(NamedTuple):
         cost: (B, K) its cost, NaN for none.
         candidates: (B,) labels considered.
         widened: (B,) whether sites were added because there were fewer candidates than detections.
+        margin: (B or 0, K) rise of the total cost if the detection must give up its label, NaN for none.
+        runner_up: (B or 0, K) the label it then has, `UNKNOWN` for none.
     """
 
     label: IntArray
     cost: FloatArray
     candidates: IntArray
     widened: BoolArray
+    margin: FloatArray
+    runner_up: IntArray
 
 
 _compile = numba.njit(cache=True, nogil=True)
@@ -324,6 +329,40 @@ def fill_costs(
 
 
 @_compile
+def fill_margins(
+    seen: Seen, b: int, cost: FloatArray, column_of: IntArray, chosen: IntArray, answer: Answer
+) -> None:
+    """Fill in the margins and runners-up of one snapshot.
+
+    Args:
+        seen: the detections.
+        b: the snapshot.
+        cost: (n, m) of each chosen label.
+        column_of: (n,) the optimal column of each row, `UNKNOWN` for none.
+        chosen: (m or more) indices of the labels.
+        answer: filled.
+    """
+    n, m = cost.shape
+    rows = np.empty(n, dtype=np.int64)
+    number = 0
+    for row in range(n):
+        if column_of[row] != UNKNOWN:
+            rows[number] = row
+            number += 1
+    part, column = np.empty((number, m)), np.empty(number, dtype=np.int64)
+    for k in range(number):
+        column[k] = column_of[rows[k]]
+        for j in range(m):
+            part[k, j] = cost[rows[k], j]
+    margin, other = find_margins(part, column)
+    for k in range(number):
+        i = seen.order[b % len(seen.order), rows[k]]
+        answer.margin[b, i] = margin[k]
+        if other[k] != UNKNOWN:
+            answer.runner_up[b, i] = chosen[other[k]]
+
+
+@_compile
 def identify_batch(seen: Seen, known: Known, rule: Rule, answer: Answer) -> None:
     """Identify B snapshots: prune (Eq. 3), costs (Eqs. 4 to 7), assignment (Eq. 8). Fills the answer."""
     b_total, k_max = seen.yaw.shape
@@ -357,3 +396,5 @@ def identify_batch(seen: Seen, known: Known, rule: Rule, answer: Answer) -> None
                 i = seen.order[b % len(seen.order), row]
                 answer.label[b, i] = chosen[column_of[row]]
                 answer.cost[b, i] = cost[row, column_of[row]]
+        if len(answer.margin):
+            fill_margins(seen, b, cost, column_of[:n], chosen, answer)

@@ -93,6 +93,10 @@ class LikelihoodReid:
             gone_rate=float(self.options.gone_rate),
         )
 
+    def __reduce__(self) -> tuple[type, tuple[Scene, LikelihoodOptions]]:
+        # Unpickled arrays can be written to, for which the kernels would be compiled a second time.
+        return type(self), (self.scene, self.options)
+
     def identify(self, snapshot: Snapshot) -> Identification:
         """The label of each detection, with its probability, margin and runner-up.
 
@@ -157,6 +161,18 @@ class LikelihoodReid:
             float(np.sqrt(probability @ square_turn)),
             float(probability @ self._models.none_rate),
         )
+
+    def problem(self, snapshot: Snapshot) -> tuple[FloatArray, tuple[str | None, ...]]:
+        """(N, M + N) expected errors of each label and of each detection's being none; the columns' labels.
+
+        Raises:
+            SnapshotError: a detection's category is not one of the scene's.
+        """
+        probability = self.identify(snapshot).probability
+        assert probability is not None
+        n = len(probability)
+        none = np.where(np.eye(n, dtype=bool), 1 - probability[:, -1], np.inf)
+        return np.hstack([1 - probability[:, :-1], none]), (*self.scene.layout.labels, *[None] * n)
 
     def cost_terms(self, snapshot: Snapshot) -> dict[str, FloatArray]:
         """Terms that speak against each label for each detection, (N, M) each, by name; natural logarithms.

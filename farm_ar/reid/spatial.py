@@ -181,6 +181,22 @@ class SpatialReid:
 
         return Identification(labels, given, names, sites, widened, solve_time, assurance)
 
+    def problem(self, snapshot: Snapshot) -> tuple[FloatArray, tuple[str | None, ...]]:
+        """(N, K) costs of the labels considered, infinite where categories must agree but do not; names.
+
+        Raises:
+            SnapshotError: a detection's category is not one of the scene's.
+        """
+        seen = snapshot.detections
+        category = codes_of(seen.category, self._declared)
+        candidates, _, _ = self._candidates(snapshot.camera.position, category)
+        if candidates is None or self.options.certify:
+            candidates = np.arange(len(self.scene.layout))
+        cost = self.cost_matrix(seen, candidates)
+        if self.options.gate_categories:
+            cost[self._forbidden(category, candidates)] = np.inf
+        return cost, tuple([self.scene.layout.labels[j] for j in candidates.tolist()])
+
     def cost_terms(self, snapshot: Snapshot) -> dict[str, FloatArray]:
         """The terms of the cost, (N, M) each, by name; they sum to `cost_matrix`."""
         seen, layout = snapshot.detections, self.scene.layout
@@ -251,10 +267,14 @@ class SpatialReid:
         sides = self._detected_sides(detections.size, detections.yaw)
         return dimension_cost_of_sides(sides, self._kind_sides).take(kind, axis=1)
 
-    def identify_many(self, batch: SnapshotBatch) -> IdentificationBatch:
+    def identify_many(self, batch: SnapshotBatch, margins: bool = False) -> IdentificationBatch:
         """The labels of the detections of many snapshots, by one compiled kernel.
 
         The answers are those of `identify`, whatever its solver; of several optimal ones it may be another.
+
+        Args:
+            batch: the snapshots.
+            margins: whether margins and runners-up are found too.
 
         Raises:
             SnapshotError: a detection's category is not one of the scene's.
@@ -299,8 +319,12 @@ class SpatialReid:
             cost=np.empty(shape),
             candidates=np.empty(len(batch), dtype=np.int64),
             widened=np.empty(len(batch), dtype=np.bool_),
+            margin=np.full(shape if margins else (0, shape[1]), np.nan),
+            runner_up=np.full(shape if margins else (0, shape[1]), UNKNOWN),
         )
         identify_batch(seen, known, rule, answer)
+        if not margins:
+            answer = answer._replace(margin=np.full(shape, np.nan), runner_up=np.full(shape, UNKNOWN))
         return IdentificationBatch(layout.labels, *answer)
 
     def _candidates(

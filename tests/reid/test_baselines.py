@@ -176,3 +176,19 @@ def test_the_papers_rule_beats_the_simpler_ones_in_its_own_scenes(rng: np.random
     }
     assert mean["spatial"] > max(mean["nearest"], mean["distance"], mean["pruned"])
     assert mean["last"] < 0.1
+
+
+def test_nearest_says_which_label_is_next_and_by_how_much() -> None:
+    layout = Layout(
+        ("a", "b"), ("chair",) * 2, np.array([[0.0, 0.0], [3.0, 4.0]]), np.zeros(2), np.ones((2, 3))
+    )
+    scene = Scene("two", (3.0, 4.0), layout)
+    seen = Detections(("chair",), np.array([[0.0, 1.0]]), np.zeros(1), np.ones((1, 3)))
+    found = NearestReid(scene).identify(Snapshot(Camera(np.zeros(2), np.array(0.0)), seen))
+    assert found.labels == ("a",)
+    assert found.runner_up == ("b",)
+    assert found.margin.tolist() == pytest.approx([(np.hypot(3, 3) - 1) / 5])
+    alone = NearestReid(Scene("one", (3.0, 4.0), layout.subset([0])))
+    found = alone.identify(Snapshot(Camera(np.zeros(2), np.array(0.0)), seen))
+    assert found.margin.tolist() == [np.inf]
+    assert found.runner_up == (None,)

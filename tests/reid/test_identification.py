@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from farm_ar.errors import SnapshotError
-from farm_ar.reid import Identification, SpatialReid
+from farm_ar.reid import Assurance, Certificate, Identification, SpatialReid
 from farm_ar.scenes import builtin_scene, observe_many
 
 
@@ -54,3 +54,38 @@ def test_a_rule_survives_pickling() -> None:
     reid = SpatialReid(scene)
     again = pickle.loads(pickle.dumps(reid))
     np.testing.assert_array_equal(again.identify_many(batch).label, reid.identify_many(batch).label)
+
+
+def test_without_an_assurance_nothing_is_known_of_how_sure_an_answer_is():
+    answer = Identification(("a", None))
+    assert np.isnan(answer.margin).all()
+    assert np.isnan(answer.confidence).all()
+    assert answer.runner_up == (None, None)
+    assert (answer.probability, answer.gone, answer.certified, answer.warnings) == (None, None, None, ())
+
+
+def test_an_assurance_is_worked_out_once_when_it_is_first_asked_for():
+    asked = []
+
+    def work_out():
+        asked.append(1)
+        return Assurance(margin=[0.5], runner_up=("b",), certified=Certificate(0.1, 0.2, 30.0, (0,)))
+
+    answer = Identification(("a",), assurance=work_out)
+    assert not asked
+    assert answer.margin.tolist() == [0.5]
+    assert answer.runner_up == ("b",)
+    assert answer.certified == Certificate(0.1, 0.2, 30.0, (0,))
+    assert len(asked) == 1
+    copy = pickle.loads(pickle.dumps(answer))
+    assert copy.margin.tolist() == [0.5]
+    assert not copy.margin.flags.writeable
+    assert len(asked) == 1
+
+
+@pytest.mark.parametrize("name", ["margin", "confidence", "runner_up"])
+def test_an_assurance_has_an_entry_for_each_detection(name):
+    value = ("b",) if name == "runner_up" else [0.5]
+    answer = Identification(("a", "b"), assurance=Assurance(**{name: value}))
+    with pytest.raises(SnapshotError, match=f"{name}: must have an entry for each of 2 detections, got 1"):
+        _ = answer.warnings

@@ -26,6 +26,8 @@ COMPILED = (
     "enough",
     "choose_candidates",
     "fill_costs",
+    "find_margins",
+    "fill_margins",
     "identify_batch",
 )
 OPTIONS = st.builds(
@@ -42,13 +44,14 @@ OPTIONS = st.builds(
 
 def check_agreement(reid: SpatialReid, batch: SnapshotBatch) -> None:
     """What `identify_many` says of each snapshot is what `identify` says of it."""
-    many = reid.identify_many(batch)
+    many = reid.identify_many(batch, margins=True)
     assert len(many) == len(batch)
     for b in range(len(batch)):
         n = int(batch.count[b])
         one = reid.identify(batch.snapshot(b))
         assert many.names(b, n) == one.labels
         np.testing.assert_allclose(many.cost[b, :n], one.cost, rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(many.margin[b, :n], one.margin, rtol=1e-9, atol=1e-9)
         assert many.candidates[b] == len(one.candidates)
         assert bool(many.widened[b]) == one.widened
         assert np.all(many.label[b, n:] == -1)
@@ -100,6 +103,22 @@ def test_the_kernels_say_the_same_as_plain_python(
     for sites, objects in ((5, 12), (0, 5), (3, 4)):
         scene = make_scene(rng, objects, categories=3, sites=sites)
         check_agreement(SpatialReid(scene, options), make_batch(rng, scene))
+
+
+def test_runners_up_are_found_on_request_only(
+    make_scene: Any, make_batch: Any, rng: np.random.Generator
+) -> None:
+    scene = make_scene(rng)
+    reid, batch = SpatialReid(scene), make_batch(rng, scene)
+    many = reid.identify_many(batch, margins=True)
+    for b in range(len(batch)):
+        one = reid.identify(batch.snapshot(b))
+        second = [None if j < 0 else scene.layout.labels[j] for j in many.runner_up[b, : batch.count[b]]]
+        assert tuple(second) == one.runner_up
+    plain = reid.identify_many(batch)
+    np.testing.assert_array_equal(plain.label, many.label)
+    assert np.isnan(plain.margin).all()
+    assert (plain.runner_up == -1).all()
 
 
 @pytest.mark.parametrize("solver", ["lsap", "mip"])

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -379,7 +380,7 @@ def test_confidence_is_calibrated_where_the_noise_is_as_assumed():
 def test_in_plain_python_the_kernels_say_the_same(monkeypatch, make_scene, make_batch):
     rng = np.random.default_rng(8)
     scene = replace(make_scene(rng, objects=7), symmetry={"category 0": 0.0})
-    options = LikelihoodOptions(noise=SMALL, most_exact=7)
+    options = LikelihoodOptions(noise=SMALL, most_exact=7, occlusion=True)
     fov = FieldOfView(0.6, 0.6, 3.0, 0.4, 0.6)
     batch = make_batch(rng, scene, snapshots=3, most=7)
     camera = Camera(batch.camera.position, batch.camera.yaw, fov, np.full(3, 1.5), np.full(3, -0.4))
@@ -416,6 +417,17 @@ def test_in_plain_python_the_kernels_say_the_same(monkeypatch, make_scene, make_
 def test_wrong_options_are_refused(options, message):
     with pytest.raises(OptionError, match=message):
         LikelihoodOptions(**options)
+
+
+def test_a_copy_says_the_same_by_the_same_kernels():
+    scene = chairs([[1.0, 1.0], [3.0, 3.0]])
+    reid, snapshot = LikelihoodReid(scene, LikelihoodOptions(noise=SMALL)), seen([[1.2, 1.1]])
+    found = reid.identify(snapshot)
+    compiled = len(likelihood_kernels.identify_batch.signatures)
+    copy = pickle.loads(pickle.dumps(reid))
+    assert copy.options == reid.options
+    np.testing.assert_array_equal(copy.identify(snapshot).probability, found.probability)
+    assert len(likelihood_kernels.identify_batch.signatures) == compiled
 
 
 def test_a_scene_without_labels_is_refused():

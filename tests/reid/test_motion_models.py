@@ -76,6 +76,7 @@ def test_a_mixture_is_the_weighted_sum_of_its_parts():
 def test_the_compiled_coordinate_density_is_the_same(plain):
     compiled = likelihood_densities.axis_density
     density = compiled.py_func if plain else compiled
+    assert likelihood_densities.normal_cdf.py_func(1.0) == pytest.approx(norm.cdf(1.0))
     for x in (0.0, 0.003, 1.3, 3.999, 4.0, 4.5):
         for label, motion_sd in ((0.2, 0.5), (1.2, 0.0), (3.9, 1.5)):
             expected = along(x, label, 4.0, motion_sd, 0.005)
