@@ -19,7 +19,7 @@ from farm_ar.agents.players.foreseeing import _foresee, foresee
 from farm_ar.agents.players.greedy import allowed_actions
 from farm_ar.errors import OptionError
 
-SEEDS = range(6)
+SEEDS = range(4)
 
 
 def table(action="slot", control="move", **options):
@@ -65,10 +65,10 @@ def test_a_plan_of_a_whole_layout_fools_the_rule():
     assert mean_total(table(control="layout"), AnalyticPlayer()) > 1.0
 
 
-def test_a_greedy_helper_leaves_nothing_wrong():
-    env = table(sign=-1, reward="margin")
-    episodes = play_episodes(env, GreedyPlayer(np.random.default_rng(0)), range(3))
-    assert all(episode.wrong_labels == 0 and episode.total > 0 for episode in episodes)
+def test_a_greedy_helper_makes_the_table_clearer_than_chance_does():
+    env = table(sign=-1, reward="margin", moves=3)
+    assert mean_total(env, GreedyPlayer(np.random.default_rng(0))) > 0
+    assert mean_total(env, RandomPlayer(np.random.default_rng(0))) < 0
 
 
 def test_a_greedy_player_of_a_box_may_do_nothing():
