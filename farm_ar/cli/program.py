@@ -16,6 +16,7 @@ from farm_ar.cli.play_script import play_script
 from farm_ar.cli.replay import replay
 from farm_ar.cli.reproduce import reproduce
 from farm_ar.cli.scenes import app as scenes
+from farm_ar.cli.stress import stress, stress_replay
 
 app = typer.Typer(
     name="farm-ar",
@@ -32,6 +33,8 @@ app.command()(identify)
 app.command("play-script")(play_script)
 app.command()(replay)
 app.command()(reproduce)
+app.command()(stress)
+app.command("stress-replay")(stress_replay)
 
 
 def _print_version(wanted: bool) -> None:
