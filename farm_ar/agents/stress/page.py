@@ -144,7 +144,8 @@ def _rule_part(study: Study, rule: RuleSummary, scene: Scene, many: bool) -> str
     if rule.theorem != NO_BOUND:
         lines.append(_curve(study, "certified", rule.bounds, "#dc2626", "5 4"))
     curve = line_chart(lines, "effort", "share of cases broken", reach)
-    parts = [_section(f"{prefix}success against effort", f"{curve}{_attacks_table(rule)}")]
+    both = f'<div class="row"><div>{curve}</div><div>{_attacks_table(rule)}</div></div>'
+    parts = [_section(f"{prefix}success against effort", both)]
     parts.append(_section(f"{prefix}kinds of failures", _cells(study, rule)))
     parts.append(_section(f"{prefix}how sure it is of itself", _calibration(rule)))
     parts.append(_section(f"{prefix}where it is weak", _weak(study, rule, scene)))
@@ -264,10 +265,12 @@ EXPLANATION = """
 <p><b>Effort</b> is D(q, p) = |q − p| / l + sin(|turn| / 2), summed over the objects that were moved: l is the
 room's diagonal, so that 0.1 is a tenth of it, or a turn of 11.5°. A <b>failure</b> is a layout, with nothing
 outside the room and nothing in anything else, whose snapshot has a wrong label. The <b>least
-perturbation</b> of a case is the effort of the cheapest failure found. The <b>certified</b> effort is proven: no
-displacement of whatever objects with less makes any label wrong. Intervals are exact binomial ones at 95%.</p>
+perturbation</b> of a case is the effort of the cheapest failure found. The <b>certified</b> effort is proven:
+no displacement of whatever objects with less makes any label wrong. Intervals are exact binomial ones at
+95%.</p>
 <p><b>Everyday disorder</b> is normal noise (SD 5 cm on the farm's table, larger in larger rooms, and 15°) on
-all objects. <b>Relative likelihood</b> is that of a failure under such noise, against nothing having moved.</p>
+all objects. <b>Relative likelihood</b> is that of a failure under such noise, against nothing having
+moved.</p>
 """
 
 

@@ -22,6 +22,8 @@ section { background: white; border: 1px solid var(--line); border-radius: 12px;
 h2 { font-size: 18px; margin: 0 0 12px; } h3 { font-size: 15px; margin: 18px 0 8px; }
 .wide { overflow-x: auto; }
 table { border-collapse: collapse; font-size: 13px; margin: 6px 0; font-variant-numeric: tabular-nums; }
+td { white-space: nowrap; }
+td:last-child { white-space: normal; }
 th, td { text-align: right; padding: 5px 10px; border-bottom: 1px solid var(--line); vertical-align: bottom; }
 th { font-weight: 600; color: var(--faint); }
 th:first-child, td:first-child { text-align: left; font-weight: 600; }
