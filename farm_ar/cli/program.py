@@ -10,6 +10,7 @@ import typer
 
 from farm_ar import __version__
 from farm_ar.cli.demo import demo
+from farm_ar.cli.design import design
 from farm_ar.cli.identify import identify
 from farm_ar.cli.mistakes import OneLineMistakes
 from farm_ar.cli.play import play
@@ -17,6 +18,7 @@ from farm_ar.cli.play_script import play_script
 from farm_ar.cli.replay import replay
 from farm_ar.cli.reproduce import reproduce
 from farm_ar.cli.scenes import app as scenes
+from farm_ar.cli.stress import stress, stress_replay
 from farm_ar.cli.sweeps import app as sweeps
 
 app = typer.Typer(
@@ -31,11 +33,14 @@ app = typer.Typer(
 app.add_typer(scenes, name="scenes")
 app.add_typer(sweeps, name="sweeps")
 app.command()(demo)
+app.command()(design)
 app.command()(identify)
 app.command()(play)
 app.command("play-script")(play_script)
 app.command()(replay)
 app.command()(reproduce)
+app.command()(stress)
+app.command("stress-replay")(stress_replay)
 
 
 def _print_version(wanted: bool) -> None:

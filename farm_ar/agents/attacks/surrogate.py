@@ -1,0 +1,123 @@
+"""How near the paper's rule is to an error, as a number that falls before anything is wrong; for searches."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from farm_ar.agents.attacks.trial import Trial
+from farm_ar.agents.cases import Case
+from farm_ar.arrays import BoolArray, FloatArray, IntArray
+from farm_ar.reid import LastKnownReid, NearestReid, SpatialReid, dimension_cost
+from farm_ar.reid.kernels import assign_most
+from farm_ar.reid.margins import find_margins
+from farm_ar.scenes import Weights, visible
+
+
+class Model(NamedTuple):
+    """What an attack takes a re-identifier for.
+
+    Args:
+        weights: of the costs.
+        categories_apart: whether labels keep to detections of their category.
+        labels_shared: whether one label may be given to several detections.
+        sizes_count: whether a label of another size costs more.
+    """
+
+    weights: Weights
+    categories_apart: bool
+    labels_shared: bool
+    sizes_count: bool = False
+
+
+def model_of(trial: Trial) -> Model:
+    """What the re-identifier is, if it is known; the paper's rule as its game uses it otherwise."""
+    reid = trial.reid
+    if isinstance(reid, NearestReid | LastKnownReid):
+        return Model(Weights(1.0, 0.0), False, True)
+    if isinstance(reid, SpatialReid):
+        terms, weights = reid.options.terms, reid.weights
+        used = Weights(
+            weights.translation if "translation" in terms else 0.0,
+            weights.rotation if "rotation" in terms else 0.0,
+        )
+        return Model(used, reid.options.gate_categories, False, "dimension" in terms)
+    return Model(trial.case.scene.cost_weights, True, False)
+
+
+def stretch_of(case: Case, model: Model) -> FloatArray:
+    """(N, N) C_d of the objects' sizes (Eq. 6), 1 where sizes do not count."""
+    size = case.layout.size
+    return dimension_cost(size, size) if model.sizes_count else np.ones((len(size), len(size)))
+
+
+def least_margins(trial: Trial, position: FloatArray, yaw: FloatArray) -> FloatArray:
+    """(B,) the least by which giving a detection its own label beats giving it another; 0 when it does not.
+
+    By the paper's cost, kind by kind, which is arithmetic and no query: white-box for the paper's rule, and a
+    guess for any other.
+
+    Args:
+        trial: whose case and re-identifier.
+        position: (B, N, 2) metres.
+        yaw: (B, N) radians.
+    """
+    case, layout, weights = trial.case, trial.case.layout, model_of(trial).weights
+    result = np.ones(len(yaw))
+    _least_margins(
+        np.ascontiguousarray(position),
+        np.ascontiguousarray(yaw),
+        visible(layout.with_poses(position, yaw), case.camera),
+        layout.position,
+        layout.yaw,
+        layout.category_code,
+        weights.translation / case.scene.diagonal,
+        weights.rotation,
+        result,
+    )
+    return result
+
+
+@numba.njit(cache=True, nogil=True)
+def _least_margins(
+    position: FloatArray,
+    yaw: FloatArray,
+    seen: BoolArray,
+    label_position: FloatArray,
+    label_yaw: FloatArray,
+    category: IntArray,
+    way_weight: float,
+    turn_weight: float,
+    result: FloatArray,
+) -> None:
+    """Fill in the result, (B,), which holds ones."""
+    n = len(category)
+    rows, columns = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
+    for b in range(len(yaw)):
+        for code in range(category.max() + 1):
+            r, c = 0, 0
+            for i in range(n):
+                if category[i] == code:
+                    columns[c] = i
+                    c += 1
+                    if seen[b, i]:
+                        rows[r] = i
+                        r += 1
+            if r == 0:
+                continue
+            cost = np.empty((r, c))
+            for x in range(r):
+                for y in range(c):
+                    i, j = rows[x], columns[y]
+                    dx = position[b, i, 0] - label_position[j, 0]
+                    dz = position[b, i, 1] - label_position[j, 1]
+                    turn = abs(np.sin((yaw[b, i] - label_yaw[j]) / 2))
+                    cost[x, y] = way_weight * np.sqrt(dx * dx + dz * dz) + turn_weight * turn
+            column_of = np.empty(r, dtype=np.int64)
+            assign_most(cost, column_of, np.empty(r), np.empty(r + c))
+            margin = find_margins(cost, column_of)[0]
+            for x in range(r):
+                own = columns[column_of[x]] == rows[x]
+                result[b] = min(result[b], margin[x] if own else 0.0)
