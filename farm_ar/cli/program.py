@@ -10,12 +10,15 @@ import typer
 
 from farm_ar import __version__
 from farm_ar.cli.demo import demo
+from farm_ar.cli.evaluate import evaluate
 from farm_ar.cli.identify import identify
 from farm_ar.cli.mistakes import OneLineMistakes
 from farm_ar.cli.play_script import play_script
 from farm_ar.cli.replay import replay
 from farm_ar.cli.reproduce import reproduce
 from farm_ar.cli.scenes import app as scenes
+from farm_ar.cli.train import train
+from farm_ar.cli.watch import watch
 
 app = typer.Typer(
     name="farm-ar",
@@ -28,10 +31,13 @@ app = typer.Typer(
 )
 app.add_typer(scenes, name="scenes")
 app.command()(demo)
+app.command()(evaluate)
 app.command()(identify)
 app.command("play-script")(play_script)
 app.command()(replay)
 app.command()(reproduce)
+app.command()(train)
+app.command()(watch)
 
 
 def _print_version(wanted: bool) -> None:
