@@ -39,6 +39,10 @@ class OptionError(InputError):
     """An option with a value outside what it allows."""
 
 
+class UnfinishedError(RuntimeError):
+    """Some of the work gave no result; all that did is kept."""
+
+
 class MissingPackageError(ImportError):
     """A package is needed that this installation does not have; says what to install."""
 

@@ -8,10 +8,10 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from farm_ar.errors import InputError, MissingPackageError
+from farm_ar.errors import InputError, MissingPackageError, UnfinishedError
 
-MISTAKE, INTERRUPTED = 2, 130
-"""Exit codes: the user's mistake, and Ctrl-C."""
+MISTAKE, UNFINISHED, INTERRUPTED = 2, 3, 130
+"""Exit codes: the user's mistake, work of which some gave no result, and Ctrl-C."""
 
 
 class OneLineMistakes(TyperGroup):
@@ -26,6 +26,9 @@ class OneLineMistakes(TyperGroup):
         except (InputError, MissingPackageError) as problem:
             typer.echo(f"{type(problem).__name__}: {problem}", err=True)
             raise typer.Exit(MISTAKE) from None
+        except UnfinishedError as problem:
+            typer.echo(f"{type(problem).__name__}: {problem}", err=True)
+            raise typer.Exit(UNFINISHED) from None
         except KeyboardInterrupt:
             typer.echo("Interrupted.", err=True)
             raise typer.Exit(INTERRUPTED) from None

@@ -24,14 +24,18 @@ def reproduce(
     ] = None,
     workers: Annotated[
         int | None,
-        typer.Option(metavar="N", help="Threads that share the work; one per core by default."),
+        typer.Option(metavar="N", help="Processes that share the work; one per core by default."),
     ] = None,
     seed: Annotated[int, typer.Option(metavar="N", help="Seed of the random numbers.")] = 0,
     quick: Annotated[bool, typer.Option("--quick", help="A smaller version, in under two minutes.")] = False,
+    fresh: Annotated[
+        bool, typer.Option("--fresh", help="Start over, rather than go on with what is finished in DIR.")
+    ] = False,
 ) -> None:
     """Repeat the paper's experiments.
 
-    Each writes CSV, JSON and a picture; a summary sets our numbers beside the paper's.
+    Each writes CSV, JSON and a picture; a summary sets our numbers beside the paper's. Interrupted and called
+    again, it goes on where it stopped.
     """
     from farm_ar.cli.output import console
     from farm_ar.cli.places import make_folder
@@ -46,5 +50,6 @@ def reproduce(
         workers=os.cpu_count() or 2 if workers is None else workers,
         seed=seed,
         quick=quick,
+        fresh=fresh,
         console=console(),
     )

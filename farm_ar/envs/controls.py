@@ -11,6 +11,7 @@ from gymnasium import spaces
 from farm_ar.arrays import BoolArray, FloatArray
 from farm_ar.envs.actions import MoveAction
 from farm_ar.envs.budget import Budget
+from farm_ar.envs.moves import Move
 from farm_ar.envs.table import TableView
 from farm_ar.envs.worlds import World
 from farm_ar.game_logic.farm_game import FarmGame, Phase
@@ -88,8 +89,8 @@ class MoveControl:
 
     def act(self, action: Any, view: TableView, world: World, budget: Budget) -> Outcome:
         """Carry out the moves, one after the other; what is out of view when its turn comes stays."""
-        moves, total, seen = self._action.moves(action, view), Motion(), view.in_view
-        for asked in budget.fitted([move for move in moves or [] if seen[move.index]]):
+        moves, total, seen = self.asked(action, view, budget), Motion(), view.in_view
+        for asked in moves or []:
             # What was pushed meanwhile may be out of view, and may have cost what was meant for this one.
             (move,) = budget.fitted([asked])
             if seen[move.index] and (np.any(move.displacement) or move.turn):
@@ -98,6 +99,16 @@ class MoveControl:
                 total, seen = total + motion, visible(world.truth, world.camera)
         self._left -= 1
         return Outcome(total, moves is None or self._left == 0)
+
+    def asked(self, action: Any, view: TableView, budget: Budget) -> list[Move] | None:
+        """The moves of what is in view, as far as the budget reaches; None for leaving the view."""
+        moves = self._action.moves(action, view)
+        return None if moves is None else budget.fitted([m for m in moves if view.in_view[m.index]])
+
+    @property
+    def moves_left(self) -> int:
+        """How many moves the visit has left."""
+        return self._left
 
     @property
     def left(self) -> float:

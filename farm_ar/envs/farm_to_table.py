@@ -271,6 +271,26 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         )
 
     @property
+    def options(self) -> EnvOptions:
+        """What was chosen when the environment was made."""
+        return self._options
+
+    @property
+    def control(self) -> Control:
+        """How a visit is played."""
+        return self._control
+
+    @property
+    def budget(self) -> Budget:
+        """What is left for the visit.
+
+        Raises:
+            gymnasium.error.ResetNeeded: there has been no episode yet.
+        """
+        self._require_reset()
+        return self._budget
+
+    @property
     def view(self) -> TableView:
         """The table as it stands, for players that look behind the observation.
 
@@ -291,8 +311,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         Raises:
             gymnasium.error.ResetNeeded: there has been no episode yet.
         """
-        if self._trace is None:
-            raise gym.error.ResetNeeded("there is nothing to look at before reset()")
+        self._require_reset()
         return self._world
 
     def render(self) -> Any:
@@ -343,6 +362,10 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         self._np_random, self._np_random_seed = state["generator"]
         if state["trace"] is not None:
             state["trace"].play_in(self)
+
+    def _require_reset(self) -> None:
+        if self._trace is None:
+            raise gym.error.ResetNeeded("there is nothing to look at before reset()")
 
     def _arguments(self) -> dict[str, Any]:
         names = (f.name for f in fields(EnvOptions))

@@ -19,7 +19,6 @@ from farm_ar.experiments.report import (
     TITLE_SIZE,
     Comparison,
     Report,
-    Row,
     new_figure,
     set_up_chart,
 )
@@ -28,13 +27,16 @@ from farm_ar.experiments.setting import (
     accuracies,
     mean_and_sd,
     mean_per_layout,
+    named_scene,
     noisy_snapshots,
     path_cameras,
+    piece_rng,
 )
 from farm_ar.geometry import footprint_corners
 from farm_ar.reid import Identification, SpatialOptions, SpatialReid, accuracy
 from farm_ar.reid.spatial import TERMS, Box, Term
 from farm_ar.scenes import Camera, Layout, LayoutNoise, Scene, Snapshot, observe, visible
+from farm_ar.sweeps import Row
 
 NOISE = LayoutNoise.of(0.3, 30.0)
 CONDITIONS: dict[str, tuple[Term, ...]] = {
@@ -88,15 +90,22 @@ def table2(setting: Setting) -> Report:
 
 def ablate(setting: Setting, box: Box = "local") -> dict[str, FloatArray]:
     """(layouts, P) accuracies under each condition, of the same snapshots; NaN where nothing was seen."""
-    scene = setting.scenes["H1"]
-    batch = noisy_snapshots(scene, NOISE, setting.layouts, setting.rng(2, 0))
+    same = setting.scene_parameters("H1") | {"layouts": setting.layouts, "box": box}
+    name = "table2" if box == "local" else f"table2, {box} boxes"
+    outcomes = setting.sweep(name, ablated, [same | {"condition": name} for name in CONDITIONS])
+    return {
+        name: np.array(outcome.rows[0]["accuracy"])
+        for name, outcome in zip(CONDITIONS, outcomes, strict=True)
+    }
 
-    def run(condition: tuple[int, str]) -> FloatArray:
-        index, name = condition
-        reid = SpatialReid(scene, SpatialOptions(terms=CONDITIONS[name], box=box), setting.rng(2, 1 + index))
-        return accuracies(reid, batch, setting.layouts)
 
-    return {name: found for (_, name), found in setting.each(enumerate(CONDITIONS), run)}
+def ablated(seed: int, scene: str, file: str | None, layouts: int, box: Box, condition: str) -> Row:
+    """A unit of Table 2: (layouts, P) accuracies under one condition."""
+    room = named_scene(scene, file)
+    batch = noisy_snapshots(room, NOISE, layouts, piece_rng(seed, 2, 0))
+    rng = piece_rng(seed, 2, 1 + list(CONDITIONS).index(condition))
+    reid = SpatialReid(room, SpatialOptions(terms=CONDITIONS[condition], box=box), rng)
+    return {"accuracy": accuracies(reid, batch, layouts)}
 
 
 def fig7(setting: Setting) -> Report:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -17,7 +17,6 @@ from farm_ar.experiments.report import (
     TEXT_SIZE,
     Comparison,
     Report,
-    Row,
     new_figure,
     set_up_chart,
 )
@@ -27,11 +26,14 @@ from farm_ar.experiments.setting import (
     accuracies,
     mean_and_sd,
     mean_per_layout,
+    named_scene,
     noisy_snapshots,
+    piece_rng,
 )
 from farm_ar.reid import SpatialOptions, SpatialReid
 from farm_ar.reid.spatial import Box
 from farm_ar.scenes import LayoutNoise, Scene
+from farm_ar.sweeps import Row
 
 LOW_TRANSLATIONS = tuple(round(0.1 * i, 1) for i in range(1, 11))
 ROTATIONS = tuple(range(0, 121, 5))
@@ -69,8 +71,7 @@ def fig5(setting: Setting) -> Report:
         ),
     )
     world = dict.fromkeys(cell for _, _, chosen in aggregates for cell in chosen)
-    tasks: list[tuple[Cell, Box]] = [(c, "local") for c in cells] + [(c, "world") for c in world]
-    everything = dict(setting.each(tasks, lambda task: _layout_means(setting, *task)))
+    everything = _sweep(setting, [(c, "local") for c in cells] + [(c, "world") for c in world])
     found = {cell: everything[cell, "local"] for cell in cells}
     return Report(
         "fig5",
@@ -97,14 +98,24 @@ def _cells(setting: Setting) -> list[Cell]:
     ]
 
 
-def _layout_means(setting: Setting, cell: Cell, box: Box) -> FloatArray:
-    """(layouts,) mean accuracy over the path in each noisy layout of a cell."""
-    scene = setting.scenes[cell.scene]
-    rng = setting.rng(5, SCENES.index(cell.scene), round(cell.translation * 10), cell.rotation)
-    noise = LayoutNoise.of(cell.translation, cell.rotation)
-    batch = noisy_snapshots(scene, noise, setting.layouts, rng)
-    reid = SpatialReid(scene, SpatialOptions(box=box))
-    return mean_per_layout(accuracies(reid, batch, setting.layouts))
+def _sweep(setting: Setting, pieces: Sequence[tuple[Cell, Box]]) -> dict[tuple[Cell, Box], FloatArray]:
+    """(layouts,) mean accuracy over the path in each noisy layout, of each cell with each kind of boxes."""
+    scenes = {name: setting.scene_parameters(name) | {"layouts": setting.layouts} for name in SCENES}
+    parameters = [scenes[cell.scene] | cell._asdict() | {"box": box} for cell, box in pieces]
+    outcomes = setting.sweep("fig5", layout_means, parameters)
+    found = (np.array(outcome.rows[0]["mean_per_layout"]) for outcome in outcomes)
+    return dict(zip(pieces, found, strict=True))
+
+
+def layout_means(
+    seed: int, scene: str, file: str | None, layouts: int, translation: float, rotation: int, box: Box
+) -> Row:
+    """A unit of Fig. 5: (layouts,) mean accuracy over the path in each noisy layout of a cell."""
+    room = named_scene(scene, file)
+    rng = piece_rng(seed, 5, SCENES.index(scene), round(translation * 10), rotation)
+    batch = noisy_snapshots(room, LayoutNoise.of(translation, rotation), layouts, rng)
+    reid = SpatialReid(room, SpatialOptions(box=box))
+    return {"mean_per_layout": mean_per_layout(accuracies(reid, batch, layouts))}
 
 
 def _row(cell: Cell, layout_means: FloatArray) -> Row:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -22,10 +22,19 @@ from farm_ar.experiments.report import (
     new_figure,
     set_up_chart,
 )
-from farm_ar.experiments.setting import Setting, accuracies, mean_and_sd, mean_per_layout, noisy_snapshots
+from farm_ar.experiments.setting import (
+    Setting,
+    accuracies,
+    mean_and_sd,
+    mean_per_layout,
+    named_scene,
+    noisy_snapshots,
+    piece_rng,
+)
 from farm_ar.geometry import voronoi_cells
 from farm_ar.reid import SpatialOptions, SpatialReid, site_probability, sites_by_probability
-from farm_ar.scenes import LayoutNoise, Scene, Snapshot, SnapshotBatch
+from farm_ar.scenes import LayoutNoise, Scene, SnapshotBatch
+from farm_ar.sweeps import Outcome, Row, SerialExecutor
 
 NOISE = LayoutNoise.of(0.1, 15.0)
 THRESHOLDS = tuple(round(0.05 * i, 2) for i in range(21))
@@ -65,16 +74,14 @@ def table3(setting: Setting) -> Report:
 
 def fig9(setting: Setting) -> Report:
     """Accuracy on H1 and time to solve, against the pruning threshold. Paper, Fig. 9."""
-    scene, layouts = setting.scenes["H1"], setting.layouts
-    batch = noisy_snapshots(scene, NOISE, layouts, setting.rng(9, 0))
-
-    def run(threshold: float) -> FloatArray:
-        return accuracies(SpatialReid(scene, SpatialOptions(threshold=threshold)), batch, layouts)
-
-    found = dict(setting.part(0.0, 0.1).each(THRESHOLDS, run))
-    rows = [_accuracy_row(threshold, accuracy) for threshold, accuracy in found.items()]
-    timed = THRESHOLDS[::5] if setting.quick else THRESHOLDS
-    measured = _solve_times(setting.part(0.1, 1.0), scene, batch, timed)
+    layouts = setting.layouts
+    same = setting.scene_parameters("H1") | {"layouts": layouts}
+    outcomes = setting.sweep("fig9", pruned, [same | {"threshold": threshold} for threshold in THRESHOLDS])
+    rows = [
+        _accuracy_row(threshold, np.array(outcome.rows[0]["accuracy"]))
+        for threshold, outcome in zip(THRESHOLDS, outcomes, strict=True)
+    ]
+    measured = _solve_times(setting, THRESHOLDS[::5] if setting.quick else THRESHOLDS)
     return Report(
         "fig9",
         f"Fig. 9: pruning on H1, T(0, 0.1), R(0, 15), {layouts} layouts",
@@ -96,36 +103,53 @@ def _accuracy_row(threshold: float, accuracy: FloatArray) -> dict[str, float]:
     }
 
 
-def _solve_times(
-    setting: Setting, scene: Scene, batch: SnapshotBatch, thresholds: Sequence[float]
-) -> list[dict[str, float]]:
-    """Mean time to solve a snapshot at each threshold, microseconds, by each solver.
+def pruned(seed: int, scene: str, file: str | None, layouts: int, threshold: float) -> Row:
+    """A unit of Fig. 9: (layouts, P) accuracies at one threshold."""
+    batch = _snapshots(seed, scene, file, layouts)
+    reid = SpatialReid(named_scene(scene, file), SpatialOptions(threshold=threshold))
+    return {"accuracy": accuracies(reid, batch, layouts)}
 
-    A snapshot is solved at all thresholds before the next one is, so that what else the machine does falls on
-    all of them alike.
-    """
-    rules = {
-        (threshold, solver): SpatialReid(scene, SpatialOptions(threshold=threshold, solver=solver))
-        for threshold in thresholds
-        for solver in TIMED_SOLVERS
-    }
 
-    def run(snapshot: Snapshot) -> list[float]:
-        return [
-            min(reid.identify(snapshot).solve_time for _ in range(TIMED_SOLVERS[solver]))
-            for (_, solver), reid in rules.items()
-        ]
+@lru_cache(maxsize=1)
+def _snapshots(seed: int, scene: str, file: str | None, layouts: int) -> SnapshotBatch:
+    """Those that all units of Fig. 9 have in common."""
+    return noisy_snapshots(named_scene(scene, file), NOISE, layouts, piece_rng(seed, 9, 0))
 
-    snapshots = [batch.snapshot(int(b)) for b in np.flatnonzero(batch.count)[:TIMED_SNAPSHOTS]]
-    times = replace(setting, workers=1).each(snapshots, run)
-    mean = dict(zip(rules, np.mean([each for _, each in times], axis=0) * 1e6, strict=True))
+
+def _solve_times(setting: Setting, thresholds: Sequence[float]) -> list[dict[str, float]]:
+    """Mean time to solve a snapshot at each threshold, microseconds, by each solver; one at a time."""
+    scene = setting.scene_parameters("H1")
+    same = scene | {"layouts": setting.layouts, "thresholds": thresholds}
+    seen = np.flatnonzero(_snapshots(setting.seed, **scene, layouts=setting.layouts).count)
+    parameters = [same | {"snapshot": b} for b in seen[:TIMED_SNAPSHOTS]]
+    outcomes = setting.sweep("fig9, times", solve_times, parameters, executor=SerialExecutor())
+    each = [[row[f"{solver}_s"] for row in o.measured for solver in TIMED_SOLVERS] for o in outcomes]
+    mean = np.mean(each, axis=0).reshape(len(thresholds), len(TIMED_SOLVERS)) * 1e6
+    columns = [f"{solver}_us" for solver in TIMED_SOLVERS]
     return [
-        {
-            "threshold": threshold,
-            **{f"{solver}_us": float(mean[threshold, solver]) for solver in TIMED_SOLVERS},
-        }
-        for threshold in thresholds
+        {"threshold": threshold, **dict(zip(columns, times, strict=True))}
+        for threshold, times in zip(thresholds, mean.tolist(), strict=True)
     ]
+
+
+def solve_times(
+    seed: int, scene: str, file: str | None, layouts: int, thresholds: Sequence[float], snapshot: int
+) -> Outcome:
+    """A unit of Fig. 9's times: seconds to solve one snapshot at each threshold, by each solver.
+
+    The snapshot is solved at all thresholds before the next one is, so that what else the machine does falls
+    on all of them alike.
+    """
+    room = named_scene(scene, file)
+    seen = _snapshots(seed, scene, file, layouts).snapshot(snapshot)
+    measured = []
+    for threshold in thresholds:
+        row = {"threshold": threshold}
+        for solver, times in TIMED_SOLVERS.items():
+            reid = SpatialReid(room, SpatialOptions(threshold=threshold, solver=solver))
+            row[f"{solver}_s"] = min(reid.identify(seen).solve_time for _ in range(times))
+        measured.append(row)
+    return Outcome([{"detections": len(seen.detections)}], measured)
 
 
 def _accuracy_comparisons(rows: Sequence[Mapping[str, float]]) -> list[Comparison]:

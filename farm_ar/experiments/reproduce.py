@@ -8,7 +8,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskID, TaskProgressColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from farm_ar.errors import known_name
@@ -17,8 +16,10 @@ from farm_ar.experiments.noise_sweep import fig5
 from farm_ar.experiments.overview import table1
 from farm_ar.experiments.pruning import fig9, table3
 from farm_ar.experiments.report import Report
-from farm_ar.experiments.setting import Setting, load_scenes
+from farm_ar.experiments.setting import Setting
 from farm_ar.scenes.fields import write_text
+from farm_ar.sweeps import Store, make_executor
+from farm_ar.sweeps.progress import shown
 
 EXPERIMENTS: dict[str, Callable[[Setting], Report]] = {
     "table1": table1,
@@ -31,6 +32,7 @@ EXPERIMENTS: dict[str, Callable[[Setting], Report]] = {
 """The experiments by name."""
 
 QUICK_LAYOUTS, LAYOUTS = 5, 20
+STORE = "sweeps.sqlite"
 
 
 def reproduce(
@@ -41,55 +43,52 @@ def reproduce(
     workers: int = 2,
     seed: int = 0,
     quick: bool = False,
+    fresh: bool = False,
     console: Console | None = None,
 ) -> list[Report]:
     """Run one of the paper's experiments or all, and write their files and `summary.md`.
+
+    What is finished is kept in `sweeps.sqlite` beside them, and not computed again after an interruption.
 
     Args:
         what: a name in `EXPERIMENTS`, or "all".
         scenes: folder with L1.json to H2.json to use in place of the built-in scenes.
         out: folder for the files; made if need be.
         layouts: noisy layouts for each noise level; 20 by default, 5 if quick.
-        workers: threads; the results do not depend on it.
+        workers: processes that share the work, or 1 to do it in this one; the results do not depend on it.
         seed: where all randomness comes from.
         quick: fewer layouts and rotation noises.
+        fresh: start over, even with what is finished.
         console: where progress and the summary are shown.
 
     Raises:
         OptionError: an option is out of its limits.
         SceneError: a scene file is missing or cannot be used.
+        StoreError: the store cannot be read or written.
+        UnfinishedSweepError: some units gave no result; the others are kept.
     """
     names = list(EXPERIMENTS) if what == "all" else [known_name("what", what, EXPERIMENTS)]
     console = console or Console(markup=False, highlight=False)
     number = layouts if layouts is not None else QUICK_LAYOUTS if quick else LAYOUTS
-    setting = Setting(load_scenes(scenes), number, seed, workers, quick)
+    setting = Setting(scenes, number, seed, quick, fresh=fresh)
+    executor = make_executor("process" if workers != 1 else "serial", workers)
+    _ = setting.scenes  # a file that cannot be used is refused before anything is written
     begin = time.perf_counter()
-    reports = _run(names, setting, console, out)
-    origin = f"the scenes of `{scenes.resolve().name}`" if scenes else "the built-in scenes"
-    text = _summary(reports, origin, setting)
-    write_text(out / "summary.md", text)
+    out.mkdir(parents=True, exist_ok=True)
+    reports = []
+    with Store(out / STORE) as store, executor, shown(console) as watch:
+        setting = replace(setting, store=store, executor=executor, watch=watch)
+        for name in names:
+            reports.append(EXPERIMENTS[name](setting))
+            reports[-1].write(out)
+    write_text(out / "summary.md", _summary(reports, setting))
     _show(reports, console)
     console.print(f"Done in {time.perf_counter() - begin:.0f} s. Pictures, tables and summary.md: {out}/")
     return reports
 
 
-def _run(names: Sequence[str], setting: Setting, console: Console, out: Path) -> list[Report]:
-    columns = (TextColumn("{task.description:<8}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
-    reports = []
-    with Progress(*columns, console=console) as progress:
-        for name in names:
-            task = progress.add_task(name, total=1.0)
-
-            def advance(share: float, task: TaskID = task) -> None:
-                progress.update(task, completed=share)
-
-            reports.append(EXPERIMENTS[name](replace(setting, advance=advance)))
-            reports[-1].write(out)
-            advance(1.0)
-    return reports
-
-
-def _summary(reports: Sequence[Report], origin: str, setting: Setting) -> str:
+def _summary(reports: Sequence[Report], setting: Setting) -> str:
+    origin = f"the scenes of `{setting.folder.resolve().name}`" if setting.folder else "the built-in scenes"
     form = ", the quick form" if setting.quick else ""
     how = f"On {origin}, seed {setting.seed}, {setting.layouts} noisy layouts per noise level{form}."
     paper = "The paper is Yu et al., doi:10.1007/s10055-025-01305-y."

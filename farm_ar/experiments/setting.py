@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
+from hashlib import sha256
 from numbers import Integral
 from pathlib import Path
-from typing import TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -26,6 +27,7 @@ from farm_ar.scenes import (
     visible,
 )
 from farm_ar.scenes.fields import NOTHING
+from farm_ar.sweeps import Executor, Outcome, Row, SerialExecutor, Store, Sweep, Watcher, run_sweep
 
 POSE_SPACING_M = 0.617
 """Way between two snapshots. It gives 80 poses on the path of the authors' H1; some 62 detect anything:
@@ -33,63 +35,99 @@ as many as the paper's data points (section 4.1.2)."""
 
 SCENES = tuple(TABLE_1)
 
-Item = TypeVar("Item")
-Outcome = TypeVar("Outcome")
-
 
 @dataclass(frozen=True)
 class Setting:
     """What an experiment is given.
 
     Args:
-        scenes: the six synthetic scenes by name.
+        folder: of the six synthetic scenes, `L1.json` to `H2.json`; None for the built-in ones.
         layouts: noisy layouts for each noise level.
         seed: where all randomness comes from.
-        workers: threads that share the work; the results do not depend on it.
         quick: a coarser run of the same experiments.
-        advance: called with the share of the experiment that is done, 0 to 1.
+        store: where the results of finished units are kept; None keeps them in memory.
+        executor: where units are run; the results do not depend on it.
+        fresh: whether to forget what is in the store.
+        watch: is told how far a sweep is.
 
     Raises:
-        OptionError: layouts or workers is not a whole number from 1 on, or the seed not one from 0 on.
+        OptionError: layouts is not a whole number from 1 on, or the seed not one from 0 on.
     """
 
-    scenes: Mapping[str, Scene]
+    folder: Path | None = None
     layouts: int = 20
     seed: int = 0
-    workers: int = 2
     quick: bool = False
-    advance: Callable[[float], None] = field(default=lambda share: None)
+    store: Store | None = None
+    executor: Executor = field(default_factory=SerialExecutor)
+    fresh: bool = False
+    watch: Watcher = field(default=lambda standing: None)
 
     def __post_init__(self) -> None:
-        for name, least in (("layouts", 1), ("workers", 1), ("seed", 0)):
+        for name, least in (("layouts", 1), ("seed", 0)):
             value = getattr(self, name)
             if not isinstance(value, Integral) or value < least:
                 raise OptionError(name, f"must be a whole number not below {least}", value)
 
+    @cached_property
+    def scenes(self) -> Mapping[str, Scene]:
+        """The six synthetic scenes by name.
+
+        Raises:
+            SceneError: a file is missing or cannot be used.
+        """
+        return load_scenes(self.folder)
+
     def rng(self, *key: int) -> np.random.Generator:
         """The generator of one piece of work, which `key` tells apart from all others."""
-        return np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=key))
+        return piece_rng(self.seed, *key)
 
-    def part(self, begin: float, end: float) -> Setting:
-        """The same for one part of the experiment, which takes it from one share of its work to another."""
-        return replace(self, advance=lambda share: self.advance(begin + share * (end - begin)))
+    def scene_parameters(self, name: str) -> dict[str, str | None]:
+        """A scene as parameters of a unit, from which `named_scene` makes it again."""
+        if self.folder is None:
+            return {"scene": name, "file": None}
+        file = (self.folder / f"{name}.json").resolve()
+        return {"scene": name, "file": f"{file}#{_fingerprint(file)}"}
 
-    def each(self, items: Iterable[Item], work: Callable[[Item], Outcome]) -> list[tuple[Item, Outcome]]:
-        """The outcome of `work` for each item, in the items' order, shared among the workers.
+    def sweep(
+        self,
+        name: str,
+        function: Callable[..., Outcome | Row],
+        parameters: Sequence[Mapping[str, Any]],
+        executor: Executor | None = None,
+    ) -> list[Outcome]:
+        """What a function gives for this seed and each of the parameters, in order; see `farm_ar.sweeps`.
 
-        The first error stops what has not begun and is raised.
+        Raises:
+            UnfinishedSweepError: some gave nothing. The others are in the store.
         """
-        todo = list(items)
-        with ThreadPoolExecutor(self.workers) as pool:
-            running = [pool.submit(work, item) for item in todo]
-            try:
-                for done, finished in enumerate(as_completed(running), start=1):
-                    finished.result()
-                    self.advance(done / len(running))
-            except BaseException:
-                pool.shutdown(cancel_futures=True)
-                raise
-        return [(item, future.result()) for item, future in zip(todo, running, strict=True)]
+        sweep = Sweep(name, function, parameters, seeds=[self.seed])
+        where = executor or self.executor
+        return run_sweep(sweep, self.store, where, fresh=self.fresh, watch=self.watch).outcomes()
+
+
+def piece_rng(seed: int, *key: int) -> np.random.Generator:
+    """The generator of one piece of work, which `key` tells apart from all others of the same seed."""
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
+
+
+@lru_cache(maxsize=16)
+def named_scene(scene: str, file: str | None) -> Scene:
+    """The scene of `Setting.scene_parameters`.
+
+    Raises:
+        SceneError: its file is no longer what it was.
+    """
+    if file is None:
+        return builtin_scene(scene)
+    path, _, fingerprint = file.rpartition("#")
+    if _fingerprint(Path(path)) != fingerprint:
+        raise SceneError("file", "must stay as it is while the experiments run", "another content", path)
+    return load_scene(path)
+
+
+def _fingerprint(file: Path) -> str:
+    return sha256(file.read_bytes()).hexdigest()[:16]
 
 
 def load_scenes(folder: Path | None) -> dict[str, Scene]:

@@ -27,6 +27,7 @@ def test_by_default_everything_runs_in_full(run, given, tmp_path):
         "workers": os.cpu_count(),
         "seed": 0,
         "quick": False,
+        "fresh": False,
     }
     assert (tmp_path / "out").is_dir()
 
@@ -44,6 +45,7 @@ def test_every_option_is_passed_on(run, given, tmp_path):
         "--seed",
         5,
         "--quick",
+        "--fresh",
     ]
     assert run("reproduce", "fig9", *options).exit_code == 0
     del given["console"]
@@ -55,6 +57,7 @@ def test_every_option_is_passed_on(run, given, tmp_path):
         "workers": 3,
         "seed": 5,
         "quick": True,
+        "fresh": True,
     }
 
 

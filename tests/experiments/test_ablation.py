@@ -11,8 +11,8 @@ from farm_ar.scenes import observe, visible
 CONDITIONS = ["all costs", "without translation", "without rotation", "without dimension"]
 
 
-def test_table_2_agrees_with_an_independent_implementation_on_the_authors_layout(authors_scenes):
-    report = table2(Setting(authors_scenes, layouts=100))
+def test_table_2_agrees_with_an_independent_implementation_on_the_authors_layout(paper_scenes):
+    report = table2(Setting(paper_scenes, layouts=100))
     assert [row["condition"] for row in report.rows] == CONDITIONS
     means = [row["mean"] for row in report.rows]
     assert means == pytest.approx([0.902, 0.161, 0.767, 0.784], abs=0.02)
@@ -24,15 +24,15 @@ def test_table_2_agrees_with_an_independent_implementation_on_the_authors_layout
     assert 0.03 < report.rows[0]["sd_of_layout_means"] < 0.07
 
 
-def test_world_boxes_agree_with_an_independent_implementation_on_the_authors_layout(authors_scenes):
-    found = ablate(Setting(authors_scenes, layouts=100), box="world")
+def test_world_boxes_agree_with_an_independent_implementation_on_the_authors_layout(paper_scenes):
+    found = ablate(Setting(paper_scenes, layouts=100), box="world")
     assert list(found) == CONDITIONS
     means = [np.nanmean(found[condition]) for condition in CONDITIONS]
     assert means == pytest.approx([0.857, 0.122, 0.742, 0.784], abs=0.02)
 
 
-def test_every_ablation_is_below_all_costs_in_our_scene(own_scenes):
-    found = ablate(Setting(own_scenes, layouts=20))
+def test_every_ablation_is_below_all_costs_in_our_scene():
+    found = ablate(Setting(layouts=20))
     means = {condition: np.nanmean(accuracy) for condition, accuracy in found.items()}
     whole = means.pop("all costs")
     assert whole < 1.0
@@ -40,8 +40,8 @@ def test_every_ablation_is_below_all_costs_in_our_scene(own_scenes):
     assert means["without translation"] < 0.3, "translation matters most"
 
 
-def test_table_2_sets_the_papers_numbers_beside_ours(own_scenes):
-    report = table2(Setting(own_scenes, layouts=2))
+def test_table_2_sets_the_papers_numbers_beside_ours():
+    report = table2(Setting(layouts=2))
     paper = [(0.91, 0.19), (0.17, 0.27), (0.76, 0.27), (0.85, 0.24)]
     assert [(row["paper_mean"], row["paper_sd"]) for row in report.rows] == paper
     assert [c.paper for c in report.comparisons] == [f"{mean:.2f} / {sd:.2f}" for mean, sd in paper]
@@ -53,8 +53,8 @@ def test_table_2_sets_the_papers_numbers_beside_ours(own_scenes):
     assert bars == pytest.approx([mean for mean, _ in paper] + [row["mean"] for row in report.rows])
 
 
-def test_all_conditions_judge_the_same_snapshots(own_scenes):
-    found = list(ablate(Setting(own_scenes, layouts=2)).values())
+def test_all_conditions_judge_the_same_snapshots():
+    found = list(ablate(Setting(layouts=2)).values())
     for accuracy in found[1:]:
         np.testing.assert_array_equal(np.isnan(accuracy), np.isnan(found[0]))
 
@@ -72,7 +72,7 @@ def test_the_worked_example_sees_seven_objects_from_the_path(own_scenes, rng):
 
 
 def test_fig_7_shows_what_each_condition_answers_to_one_snapshot(own_scenes):
-    setting = Setting(own_scenes, seed=3)
+    setting = Setting(seed=3)
     report = fig7(setting)
     scene = own_scenes["H1"]
     noisy, camera = worked_example(scene, setting.rng(7, 0))

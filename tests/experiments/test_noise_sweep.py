@@ -12,9 +12,9 @@ PAPER = [0.7739, 0.7739, 0.7723, 0.7723]
 
 
 @pytest.fixture(scope="module")
-def whole(own_scenes):
+def whole():
     """The whole sweep over our scenes, one layout per noise level."""
-    return fig5(Setting(own_scenes, layouts=1))
+    return fig5(Setting(layouts=1))
 
 
 def levels(report, scene, column):
@@ -84,8 +84,8 @@ def test_a_panel_shows_the_means_over_the_other_noise(whole):
     assert line.get_ydata()[10] == pytest.approx(mean(lambda row: row["translation_sd_m"] == 2))
 
 
-def test_the_office_means_agree_with_an_independent_implementation_on_the_authors_layouts(authors_scenes):
-    report = fig5(Setting(authors_scenes, layouts=2))
+def test_the_office_means_agree_with_an_independent_implementation_on_the_authors_layouts(paper_scenes):
+    report = fig5(Setting(paper_scenes, layouts=2))
     ours = [float(comparison.ours) for comparison in report.comparisons]
     assert ours == pytest.approx([0.846, 0.819, 0.809, 0.775], abs=0.03)
     assert all(

@@ -4,6 +4,7 @@ import pytest
 
 from farm_ar.experiments.overview import table1
 from farm_ar.experiments.setting import Setting
+from farm_ar.scenes import save_scene
 
 # Sites, types, objects, square metres: Table 1; sites, chairs, square metres: Table 4.
 TABLE_1 = {
@@ -17,9 +18,9 @@ TABLE_1 = {
 TABLE_4 = {"pantry": (2, 10, 18), "cafeteria": (5, 16, 49), "classroom": (7, 29, 130)}
 
 
-@pytest.mark.parametrize("origin", ["own_scenes", "authors_scenes"])
-def test_the_counts_are_the_papers(origin, request):
-    report = table1(Setting(request.getfixturevalue(origin)))
+@pytest.mark.parametrize("folder", [None, "paper_scenes"])
+def test_the_counts_are_the_papers(folder, request):
+    report = table1(Setting(folder and request.getfixturevalue(folder)))
     found = {row["scene"]: row for row in report.rows}
     assert list(found) == [*TABLE_1, *TABLE_4]
     for name, counts in TABLE_1.items():
@@ -33,13 +34,14 @@ def test_the_counts_are_the_papers(origin, request):
     assert all(comparison.paper == comparison.ours for comparison in report.comparisons)
 
 
-def test_a_scene_that_departs_from_the_paper_is_shown_as_it_is(own_scenes):
-    swapped = {**own_scenes, "L1": own_scenes["L2"]}
-    comparison = table1(Setting(swapped)).comparisons[0]
+def test_a_scene_that_departs_from_the_paper_is_shown_as_it_is(own_scenes, tmp_path):
+    for name in own_scenes:
+        save_scene(own_scenes["L2" if name == "L1" else name], tmp_path / f"{name}.json")
+    comparison = table1(Setting(tmp_path)).comparisons[0]
     assert (comparison.paper, comparison.ours) == ("2, 1, 16, 25", "4, 1, 8, 64")
 
 
-def test_each_scene_has_a_panel(own_scenes):
-    titles = [axes.get_title() for axes in table1(Setting(own_scenes)).figure.axes]
+def test_each_scene_has_a_panel():
+    titles = [axes.get_title() for axes in table1(Setting()).figure.axes]
     assert titles[0] == "L1: 16 objects, 25 m²"
     assert [title.split(":")[0] for title in titles] == list(TABLE_1)

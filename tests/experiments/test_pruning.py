@@ -1,11 +1,14 @@
 """Table 3 and Fig. 9."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from farm_ar.experiments import pruning
 from farm_ar.experiments.pruning import fig9, table3
 from farm_ar.experiments.setting import Setting
+from farm_ar.sweeps import SerialExecutor
 
 SITES = ["S6", "S3", "S10", "S9", "S2", "S4", "S7", "S1", "S8"]
 PROBABILITIES = [0.214, 0.150, 0.129, 0.110, 0.109, 0.080, 0.076, 0.067, 0.065]
@@ -18,8 +21,8 @@ def few_times(monkeypatch):
     monkeypatch.setattr(pruning, "TIMED_SNAPSHOTS", 2)
 
 
-def test_table_3_comes_out_to_three_decimals_in_the_papers_order(authors_scenes):
-    report = table3(Setting(authors_scenes))
+def test_table_3_comes_out_to_three_decimals_in_the_papers_order(paper_scenes):
+    report = table3(Setting(paper_scenes))
     assert [row["site"] for row in report.rows] == SITES
     assert [round(row["probability"], 3) for row in report.rows] == PROBABILITIES
     cumulative = [row["cumulative"] for row in report.rows]
@@ -28,16 +31,16 @@ def test_table_3_comes_out_to_three_decimals_in_the_papers_order(authors_scenes)
     assert all(comparison.paper == comparison.ours for comparison in report.comparisons)
 
 
-def test_probabilities_of_any_scene_fall_and_sum_to_one(own_scenes):
-    rows = table3(Setting(own_scenes)).rows
+def test_probabilities_of_any_scene_fall_and_sum_to_one():
+    rows = table3(Setting()).rows
     probabilities = [row["probability"] for row in rows]
     assert len(rows) == 9
     assert probabilities == sorted(probabilities, reverse=True)
     assert rows[-1]["cumulative"] == pytest.approx(1.0)
 
 
-def test_fig_8_fills_the_cells_that_a_threshold_keeps(authors_scenes):
-    panels = table3(Setting(authors_scenes)).figure.axes
+def test_fig_8_fills_the_cells_that_a_threshold_keeps(paper_scenes):
+    panels = table3(Setting(paper_scenes)).figure.axes
     kept = {}
     for axes in panels:
         colours = [patch.get_facecolor() for patch in axes.patches if patch.get_fill()]
@@ -54,8 +57,8 @@ def test_fig_8_fills_the_cells_that_a_threshold_keeps(authors_scenes):
 
 
 @pytest.mark.usefixtures("few_times")
-def test_the_threshold_curve_agrees_with_an_independent_implementation(authors_scenes):
-    report = fig9(Setting(authors_scenes, layouts=40, quick=True))
+def test_the_threshold_curve_agrees_with_an_independent_implementation(paper_scenes):
+    report = fig9(Setting(paper_scenes, layouts=40, quick=True))
     curve = {row["threshold"]: row["accuracy"] for row in report.rows}
     expected = {0.05: 0.42, 0.25: 0.68, 0.5: 0.874, 0.6: 0.966, 0.75: 0.995}
     assert {threshold: curve[threshold] for threshold in expected} == pytest.approx(expected, abs=0.03)
@@ -63,8 +66,8 @@ def test_the_threshold_curve_agrees_with_an_independent_implementation(authors_s
 
 
 @pytest.mark.usefixtures("few_times")
-def test_more_labels_are_never_worse_than_the_cameras_own_site(own_scenes):
-    report = fig9(Setting(own_scenes, layouts=5, quick=True))
+def test_more_labels_are_never_worse_than_the_cameras_own_site():
+    report = fig9(Setting(layouts=5, quick=True))
     curve = [row["accuracy"] for row in report.rows]
     assert [row["threshold"] for row in report.rows] == pytest.approx(np.linspace(0, 1, 21))
     assert curve[0] < 0.3
@@ -73,8 +76,8 @@ def test_more_labels_are_never_worse_than_the_cameras_own_site(own_scenes):
 
 
 @pytest.mark.usefixtures("few_times")
-def test_times_are_of_both_solvers_and_kept_apart_from_the_results(own_scenes):
-    report = fig9(Setting(own_scenes, layouts=1, quick=True))
+def test_times_are_of_both_solvers_and_kept_apart_from_the_results():
+    report = fig9(Setting(layouts=1, quick=True))
     assert [row["threshold"] for row in report.measured] == [0.0, 0.25, 0.5, 0.75, 1.0]
     for row in report.measured:
         assert row["mip_us"] > row["lsap_us"] > 0
@@ -85,21 +88,35 @@ def test_times_are_of_both_solvers_and_kept_apart_from_the_results(own_scenes):
     assert [c.ours for c in at_half] == [f"{shares[0]:.2f} (mip), {shares[1]:.2f} (lsap)"]
 
 
-def test_times_are_means_of_the_least_over_the_snapshots_that_detect_something(own_scenes, monkeypatch):
+def test_times_are_means_of_the_least_over_the_snapshots_that_detect_something(monkeypatch):
     """With a clock that ticks once a look, whatever is solved takes one second."""
     ticks = iter(range(100_000))
-    monkeypatch.setattr("farm_ar.reid.spatial.time.perf_counter", lambda: float(next(ticks)))
+    clock = SimpleNamespace(perf_counter=lambda: float(next(ticks)))
+    monkeypatch.setattr("farm_ar.reid.spatial.time", clock)
     monkeypatch.setattr(pruning, "TIMED_SNAPSHOTS", 3)
-    report = fig9(Setting(own_scenes, layouts=1, quick=True))
+    report = fig9(Setting(layouts=1, quick=True))
     assert {(row["mip_us"], row["lsap_us"]) for row in report.measured} == {(1e6, 1e6)}
     assert next(ticks) == 2 * 3 * 5 * (1 + 5), "3 snapshots, 5 thresholds, mip once and lsap five times"
 
 
 @pytest.mark.usefixtures("few_times")
-def test_the_bar_goes_on_while_times_are_taken(own_scenes):
-    shares = []
-    fig9(Setting(own_scenes, layouts=1, quick=True, advance=shares.append))
-    assert shares == sorted(shares)
-    assert shares[-1] == pytest.approx(1.0)
-    assert shares[20] == pytest.approx(0.1), "all 21 accuracies are found"
-    assert shares[21] == pytest.approx(0.55), "one of two snapshots is timed"
+def test_accuracies_and_times_are_sweeps_that_can_be_watched():
+    last = {}
+    fig9(Setting(layouts=1, quick=True, watch=lambda standing: last.update({standing.sweep: standing})))
+    assert {name: standing.done for name, standing in last.items()} == {"fig9": 21, "fig9, times": 2}
+
+
+@pytest.mark.usefixtures("few_times")
+def test_times_are_taken_one_snapshot_after_the_other_wherever_the_accuracies_are_computed():
+    class Elsewhere(SerialExecutor):
+        def __init__(self):
+            super().__init__()
+            self.functions = set()
+
+        def submit(self, unit):
+            self.functions.add(unit.function.partition(":")[2])
+            super().submit(unit)
+
+    elsewhere = Elsewhere()
+    fig9(Setting(layouts=1, quick=True, executor=elsewhere))
+    assert elsewhere.functions == {"pruned"}

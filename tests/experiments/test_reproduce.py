@@ -16,6 +16,7 @@ from farm_ar.experiments.published import TABLE_1
 from farm_ar.experiments.setting import Setting
 from farm_ar.reid import SpatialReid
 from farm_ar.scenes import save_scene
+from farm_ar.sweeps import UnfinishedSweepError
 
 NAMES = ["table1", "table2", "table3", "fig5", "fig7", "fig9"]
 SVG = "{http://www.w3.org/2000/svg}"
@@ -25,7 +26,7 @@ def run(out: Path, what: str = "all", **options) -> str:
     """Run experiments in their smallest form; what they print."""
     screen = io.StringIO()
     console = Console(file=screen, width=160, markup=False)
-    reproduce(what, out=out, console=console, **{"layouts": 1, "quick": True, **options})
+    reproduce(what, out=out, console=console, **{"layouts": 1, "quick": True, "workers": 1, **options})
     return screen.getvalue()
 
 
@@ -58,7 +59,8 @@ def test_the_experiments_are_those_of_the_paper():
 
 def test_every_experiment_leaves_its_files_and_nothing_else(out):
     expected = {f"{name}.{suffix}" for name in NAMES for suffix in ("csv", "json", "svg")}
-    assert set(contents(out)) == expected | {"fig9_times.csv", "fig9_times.json", "summary.md"}
+    others = {"fig9_times.csv", "fig9_times.json", "summary.md", "sweeps.sqlite"}
+    assert set(contents(out)) == expected | others
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -98,7 +100,7 @@ def test_the_same_seed_gives_the_same_bytes_with_any_number_of_workers(out, few_
     run(tmp_path, workers=1)
     first, second = contents(out), contents(tmp_path)
     assert set(first) == set(second)
-    of_the_clock = {"fig9_times.csv", "fig9_times.json", "fig9.svg"}
+    of_the_clock = {"fig9_times.csv", "fig9_times.json", "fig9.svg", "sweeps.sqlite"}
     times = re.compile(rb"^\| time at .*\n", re.MULTILINE)
     for name in set(first) - of_the_clock:
         assert times.sub(b"", first[name]) == times.sub(b"", second[name]), name
@@ -107,13 +109,13 @@ def test_the_same_seed_gives_the_same_bytes_with_any_number_of_workers(out, few_
 
 @pytest.mark.parametrize("what", ["table2", "fig5", "fig7", "fig9"])
 def test_another_seed_gives_other_results(out, few_times, own_scenes, what):
-    report = EXPERIMENTS[what](Setting(own_scenes, layouts=1, seed=1, quick=True))
+    report = EXPERIMENTS[what](Setting(layouts=1, seed=1, quick=True))
     assert list(report.rows) != json.loads((out / f"{what}.json").read_text())
 
 
 @pytest.mark.parametrize("what", ["table1", "table3"])
 def test_the_seed_does_not_matter_where_nothing_is_random(out, own_scenes, what):
-    report = EXPERIMENTS[what](Setting(own_scenes, layouts=1, seed=1, quick=True))
+    report = EXPERIMENTS[what](Setting(layouts=1, seed=1, quick=True))
     assert list(report.rows) == json.loads((out / f"{what}.json").read_text())
 
 
@@ -127,7 +129,8 @@ def test_quick_noise_levels_are_evenly_spaced_so_that_means_over_them_can_be_com
 
 def test_one_experiment_can_be_run_alone(tmp_path):
     run(tmp_path, "table2")
-    assert set(contents(tmp_path)) == {"table2.csv", "table2.json", "table2.svg", "summary.md"}
+    files = {"table2.csv", "table2.json", "table2.svg", "summary.md", "sweeps.sqlite"}
+    assert set(contents(tmp_path)) == files
 
 
 @pytest.mark.parametrize(("quick", "layouts"), [(True, 5), (False, 20)])
@@ -170,7 +173,44 @@ def test_an_error_in_the_middle_is_raised_and_leaves_whole_files_only(out, tmp_p
     monkeypatch.setattr(SpatialReid, "identify_many", fail)
     two = {name: EXPERIMENTS[name] for name in ("table3", "fig9")}
     monkeypatch.setattr(sys.modules[reproduce.__module__], "EXPERIMENTS", two)
-    with pytest.raises(FloatingPointError, match="in a worker"):
+    with pytest.raises(UnfinishedSweepError, match="fig9: 21 of its units gave no result") as problem:
         run(tmp_path)
-    assert contents(tmp_path) == {name: (out / name).read_bytes() for name in contents(tmp_path)}
-    assert set(contents(tmp_path)) == {"table3.csv", "table3.json", "table3.svg"}
+    assert "FloatingPointError: in a worker" in str(problem.value)
+    left = contents(tmp_path)
+    assert left.pop("sweeps.sqlite")
+    assert left == {name: (out / name).read_bytes() for name in left}
+    assert set(left) == {"table3.csv", "table3.json", "table3.svg"}
+
+
+def test_what_was_finished_before_an_interruption_is_not_computed_again(out, tmp_path, monkeypatch):
+    calls = []
+    identify_many = SpatialReid.identify_many
+
+    def interrupted(self, batch):
+        calls.append(len(batch))
+        if len(calls) == 3:
+            raise KeyboardInterrupt
+        return identify_many(self, batch)
+
+    monkeypatch.setattr(SpatialReid, "identify_many", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        run(tmp_path, "table2")
+    assert set(contents(tmp_path)) == {"sweeps.sqlite"}
+    run(tmp_path, "table2")
+    assert len(calls) == 3 + 2, "two of four conditions were finished"
+    for name in ("table2.csv", "table2.json", "table2.svg"):
+        assert contents(tmp_path)[name] == contents(out)[name]
+    run(tmp_path, "table2")
+    assert len(calls) == 5
+    run(tmp_path, "table2", fresh=True)
+    assert len(calls) == 9
+
+
+def test_other_scenes_are_not_taken_for_those_that_are_finished(own_scenes, tmp_path):
+    rows = []
+    for h1 in ("H1", "M1"):
+        for name in own_scenes:
+            save_scene(own_scenes[h1 if name == "H1" else name], tmp_path / "mine" / f"{name}.json")
+        run(tmp_path, "table2", scenes=tmp_path / "mine")
+        rows.append((tmp_path / "table2.json").read_text())
+    assert rows[0] != rows[1]

@@ -2,8 +2,6 @@
 
 import itertools
 import json
-import threading
-import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,6 +17,7 @@ from farm_ar.experiments.setting import (
     load_scenes,
     mean_and_sd,
     mean_per_layout,
+    named_scene,
     noisy_snapshots,
     path_cameras,
 )
@@ -32,19 +31,18 @@ NOISE = LayoutNoise.of(0.4, 40.0)
     ("options", "message"),
     [
         ({"layouts": 0}, "layouts: must be a whole number not below 1, got 0"),
-        ({"workers": 0}, "workers: must be a whole number not below 1, got 0"),
         ({"seed": -1}, "seed: must be a whole number not below 0, got -1"),
         ({"layouts": 2.5}, "layouts: must be a whole number not below 1, got 2.5"),
     ],
 )
 def test_options_out_of_their_limits_are_refused(options, message):
     with pytest.raises(OptionError) as problem:
-        Setting({}, **options)
+        Setting(**options)
     assert str(problem.value) == message
 
 
 def test_generators_differ_by_key_and_by_seed_and_repeat():
-    settings = [Setting({}, seed=seed) for seed in (0, 1)]
+    settings = [Setting(seed=seed) for seed in (0, 1)]
     numbers = {
         (setting.seed, key): setting.rng(*key).random()
         for setting in settings
@@ -52,47 +50,6 @@ def test_generators_differ_by_key_and_by_seed_and_repeat():
     }
     assert len(set(numbers.values())) == len(numbers)
     assert settings[1].rng(2, 0).random() == numbers[1, (2, 0)]
-
-
-@pytest.mark.parametrize("workers", [1, 3])
-def test_outcomes_come_in_the_order_of_the_items_whichever_ends_first(workers):
-    def work(item):
-        time.sleep(0.02 if item == 0 else 0.0)
-        return item**2
-
-    outcomes = Setting({}, workers=workers).each(range(8), work)
-    assert outcomes == [(item, item**2) for item in range(8)]
-
-
-def test_progress_rises_to_the_whole():
-    shares = []
-    Setting({}, workers=2, advance=shares.append).each(range(5), lambda item: item)
-    assert shares == pytest.approx([0.2, 0.4, 0.6, 0.8, 1.0])
-
-
-def test_progress_of_a_part_stays_in_the_part():
-    shares = []
-    whole = Setting({}, advance=shares.append)
-    whole.part(0.5, 0.9).each(range(2), lambda item: item)
-    whole.part(0.5, 0.9).part(0.0, 0.5).advance(1.0)
-    assert shares == pytest.approx([0.7, 0.9, 0.7])
-
-
-@pytest.mark.parametrize("workers", [1, 4])
-def test_an_error_in_a_worker_is_raised_and_what_waits_is_dropped(workers):
-    begun = itertools.count()
-    before = threading.active_count()
-
-    def work(item):
-        next(begun)
-        if item == 0:
-            raise ZeroDivisionError("in a worker")
-        time.sleep(0.01)
-
-    with pytest.raises(ZeroDivisionError, match="in a worker"):
-        Setting({}, workers=workers).each(range(500), work)
-    assert next(begun) < 250
-    assert threading.active_count() == before
 
 
 def test_a_folder_that_is_not_there_is_refused(tmp_path):
@@ -144,6 +101,22 @@ def test_a_scene_that_the_experiments_can_do_nothing_with_is_refused_before_they
     with pytest.raises(SceneError) as problem:
         load_scenes(folder)
     assert str(problem.value) == message
+
+
+def test_a_scene_is_made_again_from_its_parameters(own_scenes, folder):
+    for setting in (Setting(), Setting(folder)):
+        again = named_scene(**setting.scene_parameters("H1"))
+        assert scene_to_dict(again) == scene_to_dict(own_scenes["H1"])
+
+
+def test_units_are_told_apart_by_what_is_in_the_file_of_their_scene(own_scenes, folder):
+    before = Setting(folder).scene_parameters("H1")
+    save_scene(own_scenes["M1"], folder / "H1.json")
+    assert Setting(folder).scene_parameters("H1") != before
+    assert before != Setting().scene_parameters("H1")
+    named_scene.cache_clear()
+    with pytest.raises(SceneError, match="file: must stay as it is while the experiments run"):
+        named_scene(**before)
 
 
 def test_snapshots_are_evenly_spaced_on_the_path_and_look_along_it(own_scenes):

@@ -1,0 +1,78 @@
+"""What a player is, and playing episodes with one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from farm_ar.envs import FarmToTableEnv
+
+
+class Player(Protocol):
+    """Anything that acts in an environment; it is made with a seeded generator if it needs one."""
+
+    def act(self, env: FarmToTableEnv) -> Any:
+        """The next action, in the environment's action space."""
+        ...
+
+
+class Visit:
+    """Notices when another visit has begun."""
+
+    def __init__(self) -> None:
+        self._known: tuple[object, ...] | None = None
+
+    def is_new(self, env: FarmToTableEnv) -> bool:
+        """Whether the environment is in another visit than when this was last asked."""
+        now = (env.world, env.view.believed, env.view.camera)
+        # By identity: a visit with equal poses is another one all the same.
+        same = self._known is not None and all(a is b for a, b in zip(now, self._known, strict=True))
+        self._known = now
+        return not same
+
+
+@dataclass(frozen=True)
+class Episode:
+    """What came of an episode.
+
+    Args:
+        total: sum of the rewards.
+        wrong_labels: at its end.
+        accuracy: of its last snapshot.
+        effort: of all its steps, as the rewards count it.
+        miscounts: animals that did not get into the building of their colour.
+        steps: how many.
+    """
+
+    total: float
+    wrong_labels: int
+    accuracy: float
+    effort: float
+    miscounts: int
+    steps: int
+
+
+def play_episode(
+    env: Any, player: Player, seed: int | None = None, options: Mapping[str, Any] | None = None
+) -> Episode:
+    """Play one episode.
+
+    Args:
+        env: a `FarmToTableEnv`, wrapped or not; the player is shown what is inside.
+        player: who plays.
+        seed: of the reset; None goes on with the environment's own generator.
+        options: of the reset.
+    """
+    _, info = env.reset(seed=seed, options=options)
+    total, effort, steps, over = 0.0, 0.0, 0, False
+    while not over:
+        _, reward, terminated, truncated, info = env.step(player.act(env.unwrapped))
+        total, effort, steps = total + float(reward), effort + info["effort"], steps + 1
+        over = terminated or truncated
+    return Episode(total, info["wrong_labels"], info["accuracy"], effort, info["miscounts"], steps)
+
+
+def play_episodes(env: Any, player: Player, seeds: Iterable[int]) -> list[Episode]:
+    """Play an episode for each of the seeds of a reset."""
+    return [play_episode(env, player, seed) for seed in seeds]

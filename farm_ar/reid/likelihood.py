@@ -1,0 +1,237 @@
+"""Identities by likelihood: how probable each label is, with the noise not told but averaged over."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from farm_ar.arrays import FloatArray, IntArray, Record, read_only
+from farm_ar.errors import SceneError
+from farm_ar.reid.categories import batch_codes, codes_of, declared_codes
+from farm_ar.reid.costs import sorted_log_sides
+from farm_ar.reid.identification import Assurance, Identification, IdentificationBatch
+from farm_ar.reid.likelihood_kernels import identify_batch
+from farm_ar.reid.likelihood_options import LikelihoodOptions, category_table, model_arrays
+from farm_ar.reid.likelihood_records import (
+    Answer,
+    Detecting,
+    Eyes,
+    Found,
+    Labels,
+    View,
+)
+from farm_ar.scenes import UNKNOWN, Camera, Scene, Snapshot, SnapshotBatch
+
+_NEARLY_ALL = 0.8
+
+
+@dataclass(frozen=True, eq=False)
+class Posterior(Record):
+    """What a snapshot says of its noise.
+
+    Args:
+        probability: (K,) of each motion model and rates.
+        translation_sd: root mean square of the motion's SD in x and z, over the models, metres.
+        rotation_sd: the same of headings, radians.
+        none_rate: expected detections a snapshot of what has no label.
+    """
+
+    probability: FloatArray
+    translation_sd: float
+    rotation_sd: float
+    none_rate: float
+
+
+class LikelihoodReid:
+    """Identities by likelihood, for one scene.
+
+    Each label's object moves on its own, by a motion model; it is then seen, if it is in view and not missed;
+    and some detections have no label. Motion models and rates that were not told are averaged over, weighted
+    by how probable they make the snapshot. What is *not* seen counts: a label whose place is in full view and
+    empty has moved, one outside the view tells nothing. Labels are then given so that as many as possible are
+    right on average.
+
+    Costs are expected errors: 1 less the probability of the label given.
+
+    Args:
+        scene: the reference layout and its room.
+        options: what is assumed.
+
+    Raises:
+        SceneError: the scene has no labels.
+    """
+
+    def __init__(self, scene: Scene, options: LikelihoodOptions | None = None) -> None:
+        layout = scene.layout
+        if not len(layout):
+            raise SceneError("objects", "must be at least one", len(layout))
+        self.scene = scene
+        self.options = options or LikelihoodOptions()
+        self._declared = declared_codes(layout)
+        periods = np.array([scene.symmetry.get(name, 2 * np.pi) for name in layout.category])
+        kinds, kind = np.unique(periods, return_inverse=True)
+        self._labels = Labels(
+            position=layout.position,
+            yaw=layout.yaw,
+            elevation=layout.elevation,
+            category=read_only(layout.category_code, np.int64),
+            sides=read_only(sorted_log_sides(layout.size), np.float64),
+            period=read_only(periods, np.float64),
+            table=read_only(kind.reshape(-1), np.int64),
+            fixed=layout.fixed,
+            room=read_only(scene.size if self.options.walls else (np.inf, np.inf), np.float64),
+        )
+        self._models, self._motions = model_arrays(scene, self.options, kinds)
+        self._detecting = Detecting(
+            position_sd=float(self.options.detection.position_sd),
+            log_side_sd=float(self.options.size_sd),
+            category=category_table(len(layout.categories), self.options.confusion),
+            gone_rate=float(self.options.gone_rate),
+        )
+
+    def identify(self, snapshot: Snapshot) -> Identification:
+        """The label of each detection, with its probability, margin and runner-up.
+
+        A detection that is probably none of the labels, or whose label is less probable than
+        `min_confidence`, stays unidentified.
+
+        Raises:
+            SnapshotError: a detection's category is not one of the scene's.
+        """
+        seen, camera = snapshot.detections, snapshot.camera
+        codes = np.array(codes_of(seen.category, self._declared), dtype=np.int64)
+        found = _found(
+            np.array([len(seen)]), seen.position[None], seen.yaw[None], codes[None], seen.size[None]
+        )
+        begin = time.perf_counter()
+        answer = self._answer(_one(camera), found, details=True)
+        solve_time = time.perf_counter() - begin
+        names = self.scene.layout.labels
+        assurance = Assurance(
+            margin=answer.margin[0],
+            runner_up=tuple([None if j == UNKNOWN else names[j] for j in answer.runner_up[0].tolist()]),
+            confidence=answer.confidence[0],
+            probability=answer.probability[0],
+            gone=answer.gone[0],
+            warnings=self._warnings(len(seen), bool(answer.exact[0])),
+        )
+        labels = tuple([None if j == UNKNOWN else names[j] for j in answer.label[0].tolist()])
+        return Identification(labels, answer.cost[0], names, solve_time=solve_time, assurance=assurance)
+
+    def identify_many(self, batch: SnapshotBatch) -> IdentificationBatch:
+        """The labels of the detections of many snapshots, with confidence, margin and runner-up.
+
+        Raises:
+            SnapshotError: a detection's category is not one of the scene's.
+        """
+        exists = np.arange(batch.yaw.shape[1]) < batch.count[:, None]
+        codes = batch_codes(batch, exists, self._declared)
+        size = np.where(exists[..., None], batch.size, 1.0)
+        found = _found(batch.count, batch.position, batch.yaw, codes, size)
+        answer = self._answer(batch.camera, found, details=False)
+        labels = self.scene.layout.labels
+        return IdentificationBatch(
+            labels,
+            answer.label,
+            answer.cost,
+            candidates=np.full(len(batch), len(labels)),
+            widened=np.zeros(len(batch), dtype=bool),
+            margin=answer.margin,
+            runner_up=answer.runner_up,
+            confidence=answer.confidence,
+        )
+
+    def posterior(self, snapshot: Snapshot) -> Posterior:
+        """What a snapshot says of its noise.
+
+        Raises:
+            SnapshotError: a detection's category is not one of the scene's.
+        """
+        seen = snapshot.detections
+        codes = np.array(codes_of(seen.category, self._declared), dtype=np.int64)
+        found = _found(
+            np.array([len(seen)]), seen.position[None], seen.yaw[None], codes[None], seen.size[None]
+        )
+        probability = self._answer(_one(snapshot.camera), found, details=True).posterior[0]
+        square_shift = [sum(m.share * m.translation_sd**2 for m in motions) for motions in self._motions]
+        square_turn = [sum(m.share * m.rotation_sd**2 for m in motions) for motions in self._motions]
+        return Posterior(
+            probability,
+            float(np.sqrt(probability @ square_shift)),
+            float(np.sqrt(probability @ square_turn)),
+            float(probability @ self._models.none_rate),
+        )
+
+    def _answer(self, cameras: Camera, found: Found, details: bool) -> Answer:
+        rows, shape = found.yaw.shape[0] if details else 0, found.yaw.shape
+        labels, models = len(self._labels.yaw), len(self._models.log_prior)
+        answer = Answer(
+            label=np.empty(shape, dtype=np.int64),
+            cost=np.empty(shape),
+            margin=np.empty(shape),
+            runner_up=np.empty(shape, dtype=np.int64),
+            confidence=np.empty(shape),
+            exact=np.empty(shape[0], dtype=np.bool_),
+            probability=np.empty((rows, shape[1], labels + 1)),
+            gone=np.empty((rows, labels)),
+            posterior=np.empty((rows, models)),
+        )
+        height = np.zeros(shape[0]) if cameras.height is None else cameras.height
+        eyes = Eyes(cameras.position, cameras.yaw, cameras.pitch, height)
+        identify_batch(
+            self._labels,
+            self._models,
+            self._detecting,
+            self._view(cameras),
+            eyes,
+            found,
+            float(self.options.min_confidence),
+            self.options.most_exact,
+            answer,
+        )
+        return answer
+
+    def _view(self, camera: Camera) -> View:
+        fov = camera.fov
+        vertical = fov.up is not None and fov.down is not None and camera.height is not None
+        return View(
+            left=float(np.cos(fov.left)),
+            right=float(np.cos(fov.right)),
+            range_m=fov.range_m,
+            up=fov.up if fov.up is not None and vertical else 0.0,
+            down=fov.down if fov.down is not None and vertical else 0.0,
+            vertical=vertical,
+            area=max((fov.left + fov.right) / 2 * fov.range_m**2, 1e-6),
+            occlusion=bool(self.options.occlusion),
+        )
+
+    def _warnings(self, detections: int, exact: bool) -> tuple[str, ...]:
+        if exact or not detections:
+            return ()
+        said = f"{detections} detections: probabilities are by belief propagation, mostly within .02"
+        if detections > _NEARLY_ALL * len(self._labels.yaw):
+            said += ", but poor where nearly all labels are seen, as here"
+        return (said,)
+
+
+def _one(camera: Camera) -> Camera:
+    """A batch of one camera."""
+    height = None if camera.height is None else camera.height[None]
+    return replace(
+        camera, position=camera.position[None], yaw=camera.yaw[None], height=height, pitch=camera.pitch[None]
+    )
+
+
+def _found(
+    count: IntArray, position: FloatArray, yaw: FloatArray, codes: IntArray, size: FloatArray
+) -> Found:
+    return Found(
+        number=read_only(count, np.int64),
+        position=read_only(position, np.float64),
+        yaw=read_only(yaw, np.float64),
+        category=read_only(codes, np.int64),
+        sides=read_only(sorted_log_sides(size), np.float64),
+        half=read_only(size[..., [0, 2]] / 2, np.float64),
+    )

@@ -1,0 +1,126 @@
+"""What `LikelihoodReid` assumes, and the same as arrays for its kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from farm_ar.arrays import FloatArray, read_only
+from farm_ar.errors import OptionError
+from farm_ar.reid.likelihood_records import Models
+from farm_ar.reid.marginals import MOST_EXACT
+from farm_ar.reid.motion_models import DetectionNoise, Motion, heading_log_density
+from farm_ar.reid.noise_prior import MOSTLY_RELIABLE, NoisePrior, Rates
+from farm_ar.scenes import Scene
+
+_POINTS = 32
+"""How many places stand for where an object that is not seen may be."""
+
+_TURNS = 721
+"""How many turns from 0 to half a period the headings' densities are tabulated at."""
+
+_GOLDEN_ANGLE = float(np.pi * (3 - np.sqrt(5)))
+
+
+@dataclass(frozen=True)
+class LikelihoodOptions:
+    """What is assumed of how things move and how they are seen.
+
+    Args:
+        noise: the motions, as a mixture whose shares sum to 1, where they are known; else a prior over them.
+        rates: of misses and of detections without a label; several are averaged over.
+        gone_rate: probability that a label's object is gone.
+        detection: noise of detected poses.
+        size_sd: noise of each detected side, as a share of it.
+        confusion: probability that a detected category is wrong.
+        walls: whether nothing leaves the room.
+        occlusion: whether what stands behind a detection counts as not in view.
+        min_confidence: a label less probable than this is not given.
+        most_exact: detections of one component up to which probabilities are exact.
+
+    Raises:
+        OptionError: a value is out of its limits.
+    """
+
+    noise: NoisePrior | Sequence[Motion] = field(default_factory=NoisePrior)
+    rates: Sequence[Rates] = tuple(MOSTLY_RELIABLE)
+    gone_rate: float = 0.005
+    detection: DetectionNoise = field(default_factory=DetectionNoise)
+    size_sd: float = 0.05
+    confusion: float = 0.001
+    walls: bool = True
+    occlusion: bool = False
+    min_confidence: float = 0.0
+    most_exact: int = MOST_EXACT
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.noise, NoisePrior):
+            object.__setattr__(self, "noise", tuple(self.noise))
+            total = sum(motion.share for motion in self.noise)
+            if abs(total - 1) > 1e-6:
+                raise OptionError("noise", "must be motions whose shares sum to 1", total)
+        object.__setattr__(self, "rates", tuple(self.rates))
+        if not self.rates:
+            raise OptionError("rates", "must be at least one", self.rates)
+        if not 0 < self.size_sd < np.inf:
+            raise OptionError("size_sd", "must be a positive number", self.size_sd)
+        for name in ("gone_rate", "confusion"):
+            if not 0 <= getattr(self, name) < 1:
+                raise OptionError(name, "must be from 0 to below 1", getattr(self, name))
+        if not 0 <= self.min_confidence <= 1:
+            raise OptionError("min_confidence", "must be from 0 to 1", self.min_confidence)
+        if not 0 <= self.most_exact <= 20:
+            raise OptionError("most_exact", "must be from 0 to 20", self.most_exact)
+
+
+def category_table(categories: int, confusion: float) -> FloatArray:
+    """(C + 1, C) probability of each detected category, the last row that of none, for each true one."""
+    table = np.full((categories + 1, categories), confusion / max(categories - 1, 1))
+    np.fill_diagonal(table, 1 - confusion if categories > 1 else 1.0)
+    table[-1] = 1.0
+    return table
+
+
+def model_arrays(
+    scene: Scene, options: LikelihoodOptions, kinds: FloatArray
+) -> tuple[Models, list[tuple[Motion, ...]]]:
+    """The models as arrays; the motions of each."""
+    given = options.noise
+    mixtures = given.models(scene.diagonal) if isinstance(given, NoisePrior) else [(1.0, tuple(given))]
+    every = [(share, motions, rates) for share, motions in mixtures for rates in options.rates]
+    # The first scale is that of what never moves.
+    shifts = [0.0, *sorted({motion.translation_sd for _, motions in mixtures for motion in motions})]
+    turns = [0.0, *sorted({motion.rotation_sd for _, motions in mixtures for motion in motions})]
+    parts = max(len(motions) for _, motions in mixtures)
+    part, share = np.zeros((len(every), parts, 2), dtype=np.int64), np.zeros((len(every), parts))
+    for k, (_, motions, _) in enumerate(every):
+        for p, motion in enumerate(motions):
+            part[k, p] = shifts.index(motion.translation_sd, 1), turns.index(motion.rotation_sd, 1)
+            share[k, p] = motion.share
+    angles = [np.linspace(0.0, (period or 2 * np.pi) / 2, _TURNS) for period in kinds]
+    sds = np.hypot(turns, options.detection.yaw_sd)
+    heading = [
+        [np.exp(heading_log_density(angle, period, sd)) for angle, period in zip(angles, kinds, strict=True)]
+        for sd in sds
+    ]
+    prior = np.array([chance * rates.probability for chance, _, rates in every])
+    arrays = Models(
+        translation_sd=read_only(shifts, np.float64),
+        part=read_only(part, np.int64),
+        share=read_only(share, np.float64),
+        log_prior=read_only(np.log(prior / prior.sum()), np.float64),
+        detect_rate=read_only([1 - rates.miss_rate for _, _, rates in every], np.float64),
+        none_rate=read_only([rates.none_rate for _, _, rates in every], np.float64),
+        heading=read_only(heading, np.float64),
+        offset=read_only(_equally_probable(_POINTS), np.float64),
+    )
+    return arrays, [motions for _, motions, _ in every]
+
+
+def _equally_probable(points: int) -> FloatArray:
+    """(points, 2) places that stand for the standard normal distribution: a spiral of golden angles."""
+    order = np.arange(points) + 0.5
+    radius, angle = np.sqrt(-2 * np.log(1 - order / points)), order * _GOLDEN_ANGLE
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)

@@ -1,0 +1,183 @@
+"""How likely it is that an object moved from one pose to another: the densities behind `LikelihoodReid`.
+
+A motion model is a mixture of components, each Gaussian in x, z and heading. One component is the paper's
+noise; two, a narrow and a wide one, say that most things stay and few move far, and have heavy tails.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import log_ndtr, ndtr
+
+from farm_ar.arrays import FloatArray
+from farm_ar.errors import OptionError
+
+WALL = 4.0
+"""Within how many SDs of the detection noise a detection may be of an object that stands against a wall."""
+
+_LOG_ROOT_TWO_PI = 0.5 * float(np.log(2 * np.pi))
+
+
+@dataclass(frozen=True)
+class Motion:
+    """One way of moving: what share of the objects moves so, and how far.
+
+    Args:
+        share: of the objects, 0 to 1.
+        translation_sd: of x and of z, metres, not negative.
+        rotation_sd: of the heading, radians, not negative.
+
+    Raises:
+        OptionError: a value is out of its limits.
+    """
+
+    share: float
+    translation_sd: float
+    rotation_sd: float
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.share <= 1:
+            raise OptionError("share", "must be from 0 to 1", self.share)
+        for name in ("translation_sd", "rotation_sd"):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value >= 0):
+                raise OptionError(name, "must be a number not below 0", value)
+
+
+@dataclass(frozen=True)
+class DetectionNoise:
+    """SDs of what the detector adds to a pose: x and z in metres, heading in radians; both positive.
+
+    They are also the finest scale on which poses are compared, so that zero noise needs no special case.
+
+    Raises:
+        OptionError: a value is not positive.
+    """
+
+    position_sd: float = 0.005
+    yaw_sd: float = float(np.deg2rad(0.5))
+
+    def __post_init__(self) -> None:
+        for name in ("position_sd", "yaw_sd"):
+            value = getattr(self, name)
+            if not 0 < value < np.inf:
+                raise OptionError(name, "must be a positive number", value)
+
+
+def axis_log_density(
+    detected: FloatArray, label: FloatArray, side: float | None, motion_sd: float, detection_sd: float
+) -> FloatArray:
+    """Log density of a detected coordinate: Gaussian motion, kept within the room, seen with Gaussian noise.
+
+    What would leave the room stands against its wall, so a wall holds a probability of its own. A detection
+    outside the room, by more than the detection noise explains, is measured without walls.
+
+    Args:
+        detected: (..., N) x or z of the detections, metres.
+        label: (..., M) the same of the labels.
+        side: the room reaches from 0 to here, metres; None for no walls.
+        motion_sd: metres, not negative.
+        detection_sd: metres, positive.
+
+    Returns:
+        (..., N, M) natural logarithms, of 1 / metre.
+    """
+    x, mean = np.broadcast_arrays(detected[..., :, None], label[..., None, :])
+    sd = float(np.hypot(motion_sd, detection_sd))
+    density: FloatArray = -0.5 * ((x - mean) / sd) ** 2 - np.log(sd) - _LOG_ROOT_TWO_PI
+    if side is None or motion_sd == 0:
+        return density
+    near = WALL * detection_sd
+    against = (np.abs(x) <= near) | (np.abs(x - side) <= near)
+    if not against.any():
+        return density
+    # Where the object really stands, given the detection, if no wall had stopped it.
+    narrow = motion_sd * detection_sd / sd
+    between = mean + (x - mean) * (motion_sd / sd) ** 2
+    free = density + np.log(np.maximum(ndtr((side - between) / narrow) - ndtr(-between / narrow), 1e-300))
+    low = log_ndtr(-mean / motion_sd) - 0.5 * (x / detection_sd) ** 2
+    high = log_ndtr((mean - side) / motion_sd) - 0.5 * ((x - side) / detection_sd) ** 2
+    walls = np.logaddexp(low, high) - np.log(detection_sd) - _LOG_ROOT_TWO_PI
+    return np.where(against, np.logaddexp(free, walls), density)
+
+
+def heading_log_density(turn: FloatArray, period: FloatArray | float, sd: float) -> FloatArray:
+    """Log density of a detected heading: wrapped Gaussian, the same after each period of a symmetric object.
+
+    Args:
+        turn: (...) detected less known heading, radians.
+        period: (...) of the object's symmetry, radians: 2 pi for none, 0 where no turn can be seen.
+        sd: of motion and detection together, radians, positive.
+
+    Returns:
+        (...) natural logarithms, of 1 / radian of a full turn.
+    """
+    full = 2 * np.pi
+    turn, period = np.broadcast_arrays(
+        np.asarray(turn, dtype=np.float64), np.asarray(period, dtype=np.float64)
+    )
+    seen = period > 0
+    length = np.where(seen, period, full)
+    offset = turn - length * np.round(turn / length)
+    # Two forms of one sum: over periods where narrow, over harmonics (Poisson summation) where wide.
+    harmonic = np.ones(turn.shape)
+    direct = np.zeros(turn.shape)
+    for k in range(1, 5):
+        wave = k * full / length
+        harmonic = harmonic + 2 * np.exp(-0.5 * (wave * sd) ** 2) * np.cos(wave * offset)
+    nearest = -0.5 * (offset / sd) ** 2
+    for k in range(-4, 5):
+        direct = direct + np.exp(-0.5 * ((offset - k * length) / sd) ** 2 - nearest)
+    narrow = nearest + np.log(direct) - np.log(sd) - _LOG_ROOT_TWO_PI + np.log(length / full)
+    wide = np.log(np.maximum(harmonic, 1e-300)) - np.log(full)
+    result: FloatArray = np.where(seen, np.where(sd < length / 3, narrow, wide), -np.log(full))
+    return result
+
+
+def motion_log_density(
+    detected_position: FloatArray,
+    detected_yaw: FloatArray,
+    label_position: FloatArray,
+    label_yaw: FloatArray,
+    motions: Sequence[Motion],
+    noise: DetectionNoise,
+    room: tuple[float, float] | None = None,
+    period: FloatArray | float = 2 * np.pi,
+) -> FloatArray:
+    """Log density of each detection's pose if it is of each label, under a mixture of motions.
+
+    Args:
+        detected_position: (..., N, 2) metres.
+        detected_yaw: (..., N) radians.
+        label_position: (..., M, 2) metres.
+        label_yaw: (..., M) radians.
+        motions: the components; their shares need not sum to 1.
+        noise: of the detector.
+        room: width and depth of the room that nothing leaves, metres; None for no walls.
+        period: (..., M) of each label's symmetry, radians: 2 pi for none, 0 where no turn can be seen.
+
+    Returns:
+        (..., N, M) natural logarithms, of 1 / (square metre radian).
+    """
+    turn = detected_yaw[..., :, None] - label_yaw[..., None, :]
+    periods = np.asarray(period, dtype=np.float64)[..., None, :] if np.ndim(period) else period
+    width, depth = room if room is not None else (None, None)
+    total: FloatArray = np.full(turn.shape, -np.inf)
+    for motion in motions:
+        if motion.share > 0:
+            part = np.log(motion.share) + heading_log_density(
+                turn, periods, float(np.hypot(motion.rotation_sd, noise.yaw_sd))
+            )
+            for axis, side in ((0, width), (1, depth)):
+                part = part + axis_log_density(
+                    detected_position[..., axis],
+                    label_position[..., axis],
+                    side,
+                    motion.translation_sd,
+                    noise.position_sd,
+                )
+            total = np.logaddexp(total, part)
+    return total
