@@ -16,7 +16,8 @@ def evaluate(
     runs: Annotated[
         list[str],
         typer.Argument(
-            metavar="RUN...", help="Folders of runs that differ in the seed, or a player that comes with farm-ar."
+            metavar="RUN...",
+            help="Folders of runs that differ in the seed, or a player that comes with farm-ar.",
         ),
     ],
     episodes: Annotated[int, typer.Option(metavar="N", min=2, help="Held-out episodes.")] = 100,
@@ -63,5 +64,7 @@ def _cells(row: Mapping[str, Any]) -> list[str]:
 
 
 def _as_json(found: Comparison) -> dict[str, Any]:
-    rows = [{**row, "score": [row["score"].value, row["score"].low, row["score"].high]} for row in found.rows()]
+    rows = [
+        {**row, "score": [row["score"].value, row["score"].low, row["score"].high]} for row in found.rows()
+    ]
     return {"episodes": len(found.best), "best": float(found.best.mean()), "players": rows}

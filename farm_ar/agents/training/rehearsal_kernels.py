@@ -7,7 +7,7 @@ import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.reid.kernels import assign_most
-from farm_ar.reid.margins import margins_of_assigned
+from farm_ar.reid.margins import find_margins
 
 STRIDE_M = 0.01
 """How far a building is carried before what is in its way is pushed."""
@@ -195,7 +195,7 @@ def assess_all(
                 asked[k] = cost[b, first + rows[k], :n]
             column = np.empty(r, dtype=np.int64)
             assign_most(asked, column, np.empty(r), np.empty(r + n))
-            rises = margins_of_assigned(asked, column)
+            rises, _ = find_margins(asked, column)
             for k in range(r):
                 margin[b, first + rows[k]] = rises[k]
                 wrong[b] += column[k] != rows[k]
