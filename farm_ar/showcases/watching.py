@@ -59,12 +59,12 @@ def _film_game(game: FarmGame, show: Any) -> None:
     """Have every move and all play of a game shown, frame by frame."""
     move, play = game.move, game.play
 
-    def watched_move(index: int, displacement: Any, turn: float, record: Any = None) -> Any:
+    def watched_move(*asked: Any, **named: Any) -> Any:
         def at_tick(table: Tabletop) -> None:
             if table.ticks % TICKS_PER_FRAME == 0:
                 show()
 
-        return move(index, displacement, turn, at_tick)
+        return move(*asked, **{**named, "record": at_tick})
 
     def watched_play(seconds: float) -> None:
         for _ in range(round(seconds * FPS)):
@@ -72,4 +72,4 @@ def _film_game(game: FarmGame, show: Any) -> None:
             show()
 
     # Watching is no part of the game, and this game is played once.
-    game.move, game.play = watched_move, watched_play  # type: ignore[method-assign]
+    game.move, game.play = watched_move, watched_play  # type: ignore[method-assign, assignment]

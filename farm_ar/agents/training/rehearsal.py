@@ -24,8 +24,8 @@ from farm_ar.game_logic.headset import field_of_view
 from farm_ar.geometry import wrap
 from farm_ar.scenes import Camera, Layout, visible
 
-DISC = 0.9
-"""Radius of an object's disc as a share of half its mean side: boxes pass where such discs would touch."""
+DISC = 1.0
+"""Radius of an object's disc as a share of half its mean side."""
 
 ONLY = {
     "control": "move",

@@ -52,7 +52,7 @@ def carry_all(
         i = which[b]
         if i < 0:
             continue
-        place, before = position[b], position[b].copy()
+        place, before, heading = position[b], position[b].copy(), yaw[b].copy()
         steps = int(np.ceil(np.hypot(shift[b, 0], shift[b, 1]) / STRIDE_M))
         goal_x = min(max(place[i, 0] + shift[b, 0], radius[i]), size[0] - radius[i])
         goal_z = min(max(place[i, 1] + shift[b, 1], radius[i]), size[1] - radius[i])
@@ -61,13 +61,17 @@ def carry_all(
             earlier = place.copy()
             place[i, 0] = begin_x + (goal_x - begin_x) * step / steps
             place[i, 1] = begin_z + (goal_z - begin_z) * step / steps
-            if not _make_room(place, yaw[b], i, radius, fixed, half, size):
+            stride_x, stride_z = (goal_x - begin_x) / steps, (goal_z - begin_z) / steps
+            if not _make_room(place, yaw[b], i, stride_x, stride_z, radius, fixed, half, size):
                 place[:] = earlier
                 break
         yaw[b, i] = (yaw[b, i] + turn[b] + np.pi) % (2 * np.pi) - np.pi
         for j in range(len(radius)):
             moved[b, 0] += np.hypot(place[j, 0] - before[j, 0], place[j, 1] - before[j, 1])
-        moved[b, 1] = abs(turn[b])
+            if j != i:
+                moved[b, 1] += abs(yaw[b, j] - heading[j])
+                yaw[b, j] = (yaw[b, j] + np.pi) % (2 * np.pi) - np.pi
+        moved[b, 1] += abs(turn[b])
 
 
 @_compile
@@ -75,6 +79,8 @@ def _make_room(
     place: FloatArray,
     yaw: FloatArray,
     carried: int,
+    stride_x: float,
+    stride_z: float,
     radius: FloatArray,
     fixed: BoolArray,
     half: FloatArray,
@@ -103,6 +109,10 @@ def _make_room(
                 if away < TOUCH_M:
                     dx, dz, away = 1.0, 0.0, 1.0
                 last, other = (c, 1.0) if c != carried else (a, -1.0)
+                if a == carried:
+                    # What slides along its side turns it, as a wheel on a road.
+                    slip = (stride_z * dx - stride_x * dz) / away
+                    yaw[c] += slip / radius[c]
                 push = other * (room - away) / away
                 place[last, 0] += push * dx
                 place[last, 1] += push * dz
