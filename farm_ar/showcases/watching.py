@@ -72,4 +72,4 @@ def _film_game(game: FarmGame, show: Any) -> None:
             show()
 
     # Watching is no part of the game, and this game is played once.
-    game.move, game.play = watched_move, watched_play  # type: ignore[method-assign, assignment]
+    game.move, game.play = watched_move, watched_play  # type: ignore[method-assign]
