@@ -105,8 +105,10 @@ def _check(run: Run) -> None:
 
 def _environments(run: Run, seed: int, count: int, saved: Path | None, judging: bool = False) -> VecEnv:
     many = SubprocVecEnv if run.processes and not judging else DummyVecEnv
+    # A process of its own learns of the environments by the module before the colon.
+    env_id = run.env if ":" in run.env else f"farm_ar:{run.env}"
     envs: VecEnv = make_vec_env(
-        run.env, count, seed=seed, env_kwargs=dict(run.recipe.env_kwargs), vec_env_cls=many
+        env_id, count, seed=seed, env_kwargs=dict(run.recipe.env_kwargs), vec_env_cls=many
     )
     if run.recipe.normalize is None:
         return envs

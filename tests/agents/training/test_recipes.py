@@ -1,12 +1,15 @@
 """Files of hyperparameters: what is in them is used, and what is not known is named."""
 
+import sys
+
 import gymnasium as gym
 import pytest
 
 import farm_ar  # noqa: F401  # registers the environments
 from farm_ar.agents.training.algorithms import ALGORITHMS, check_fit, settings_of
+from farm_ar.agents.training.needed import need_training
 from farm_ar.agents.training.recipes import Recipe, RecipeError, load_recipe
-from farm_ar.errors import OptionError
+from farm_ar.errors import MissingPackageError, OptionError
 
 IDS = ("FarmToTable-v0", "FarmToTableHand-v0", "FarmToTableLayout-v0", "SceneLayout-v0")
 
@@ -101,3 +104,12 @@ def test_animals_are_not_left_out_where_they_are_what_counts():
     assert "play_seconds" not in recipe.with_arguments({"reward": "miscount"}, None).env_kwargs
     given = recipe.with_arguments({"reward": "miscount", "play_seconds": 2.0}, 5)
     assert (given.env_kwargs["play_seconds"], given.n_timesteps) == (2.0, 5)
+
+
+@pytest.mark.parametrize("package", ["torch", "sb3_contrib", "tensorboard"])
+def test_what_is_missing_is_named_with_what_to_install(monkeypatch, package):
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(
+        MissingPackageError, match=rf"training needs {package}: pip install 'farm-ar\[train\]'"
+    ):
+        need_training()

@@ -48,6 +48,14 @@ def test_a_run_leaves_all_that_is_needed_to_repeat_it(tiny, tmp_path):
     assert torch.equal(weights(model), weights(loaded))
 
 
+def test_processes_and_a_bar_change_nothing(tiny, tmp_path, capsys):
+    run = tiny(n_timesteps=32)
+    alone = train(run, tmp_path / "alone")
+    beside = train(dataclasses.replace(run, processes=True), tmp_path / "beside", progress=True)
+    assert torch.equal(weights(alone), weights(beside))
+    assert "32/32" in capsys.readouterr().err
+
+
 def test_another_seed_learns_something_else(tiny, tmp_path):
     run = tiny(n_timesteps=32)
     first = train(run, tmp_path / "first")
