@@ -17,6 +17,7 @@ from farm_ar.envs.actions import DisplacementAction, SlotAction
 from farm_ar.envs.jitter import StartingLayouts, unit_of
 from farm_ar.envs.observations import MARGIN_SCALE, NO_RIVAL
 from farm_ar.envs.options import EnvOptions
+from farm_ar.envs.rewards import MARGIN_SHARE
 from farm_ar.envs.starting import VisitCameras, scene_of
 from farm_ar.envs.table import meeting_order
 from farm_ar.errors import OptionError
@@ -31,7 +32,6 @@ ONLY = {
     "control": "move",
     "observation": "state",
     "knowledge": "white-box",
-    "reward": "identity",
     "reid": "spatial",
     "perception": "oracle",
     "budget": None,
@@ -62,6 +62,8 @@ class Rehearsal(VecEnv):
         for name, value in ONLY.items():
             if getattr(option, name) != value:
                 raise OptionError(name, f"must be {value} in a rehearsal", getattr(option, name))
+        if option.reward not in ("identity", "margin"):
+            raise OptionError("reward", "must be identity or margin in a rehearsal", option.reward)
         if option.action not in ("displacement", "slot"):
             raise OptionError("action", "must be displacement or slot in a rehearsal", option.action)
         env = FarmToTableEnv(**arguments)
@@ -95,7 +97,7 @@ class Rehearsal(VecEnv):
 
     def step_wait(self) -> Any:
         """Do it. An episode that is over is followed by another."""
-        option, b = self._chosen, np.arange(self.num_envs)
+        option, b, ambiguity = self._chosen, np.arange(self.num_envs), self._ambiguity()
         which = self._actions[:, 0].copy()
         leaves = which == self._movable
         which[leaves] = 0
@@ -113,7 +115,8 @@ class Rehearsal(VecEnv):
         self._look()
         over = leaves | (self._moves == 0)
         effort = moved[:, 0] / self._scene.diagonal + moved[:, 1] / np.pi
-        rewards = np.where(over, option.sign * self._wrong, 0.0) - option.effort_weight * effort
+        harm = np.where(over, self._wrong, 0.0) + MARGIN_SHARE * (self._ambiguity() - ambiguity)
+        rewards = option.sign * harm - option.effort_weight * effort
         self._total += rewards
         self._length += 1
         infos: list[dict[str, Any]] = [{} for _ in b]
@@ -191,6 +194,16 @@ class Rehearsal(VecEnv):
         to_cost = weights.translation / self._scene.diagonal, weights.rotation
         poses = self._position, self._yaw, self._home, self._facing
         assess_all(*poses, self._seen, self._starts, *to_cost, self._cost, self._margin, self._wrong)
+
+    def _ambiguity(self) -> FloatArray:
+        """(B,) as `TableView.ambiguity` has it, 0 where the reward does not look at it."""
+        if self._chosen.reward != "margin":
+            return np.zeros(self.num_envs)
+        n = self._movable
+        counts = self._seen[:, :n] & np.isfinite(self._margin[:, :n])
+        closeness = 1 - np.clip(self._margin[:, :n] / MARGIN_SCALE, 0.0, 1.0)
+        ambiguity: FloatArray = np.where(counts, closeness, 0.0).sum(axis=1) / 2
+        return ambiguity
 
     def _observation(self) -> dict[str, npt.NDArray[np.float32]]:
         option, size = self._chosen, np.asarray(self._scene.size)

@@ -50,16 +50,17 @@ def test_it_shows_what_the_environment_shows(action, jitter):
     assert np.array_equal(rehearsal.env_method("action_masks")[0], env.action_masks())
 
 
-def test_where_nothing_is_in_the_way_a_move_does_what_the_hand_does():
+@pytest.mark.parametrize("reward", [{}, {"reward": "margin", "sign": -1}], ids=str)
+def test_where_nothing_is_in_the_way_a_move_does_what_the_hand_does(reward):
     found = 0
     for budget in (0.1, 0.2, 0.3, 0.4):
-        rehearsal, _, env, _ = both("displacement", jitter="hard", budget_m=budget, moves=2)
+        rehearsal, _, env, _ = both("displacement", jitter="hard", budget_m=budget, moves=2, **reward)
         free = [k for k, i in enumerate(env.view.movable) if env.view.in_view[i] and untouched(env, i)]
         for k in free[:1]:
             found += 1
-            shown, reward, over, _ = step(rehearsal, k, 4, 3, 4)
+            shown, gained, over, _ = step(rehearsal, k, 4, 3, 4)
             observation, expected, *_ = env.step(np.array([k, 4, 3, 4]))
-            assert reward[0] == pytest.approx(expected, abs=0.01)
+            assert gained[0] == pytest.approx(expected, abs=0.01)
             assert not over[0]
             assert shown["position"][0] == pytest.approx(observation["position"], abs=0.03)
             assert shown["cost"][0] == pytest.approx(observation["cost"], abs=0.03)
@@ -147,7 +148,7 @@ def test_a_learner_learns_in_it():
     assert len(model.ep_info_buffer) > 0
 
 
-@pytest.mark.parametrize("arguments", [{"visits": 2}, {"reward": "margin"}, {"action": "continuous"}])
+@pytest.mark.parametrize("arguments", [{"visits": 2}, {"reward": "miscount"}, {"action": "continuous"}])
 def test_what_cannot_be_rehearsed_is_named(arguments):
     with pytest.raises(OptionError, match=f"{next(iter(arguments))}: must be .* in a rehearsal"):
         Rehearsal(1, 0, **arguments)
