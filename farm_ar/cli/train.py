@@ -21,6 +21,9 @@ def train(
     steps: Annotated[
         int | None, typer.Option(metavar="N", min=1, help="Steps in all; the recipe's by default.")
     ] = None,
+    rehearse: Annotated[
+        int | None, typer.Option(metavar="N", min=0, help="Steps of them without physics; 0 for none.")
+    ] = None,
     seed: Annotated[int, typer.Option(metavar="N", min=0, help="Seed of everything.")] = 0,
     recipe: Annotated[
         Path | None, typer.Option(metavar="FILE", help="YAML of hyperparameters, keyed by environment id.")
@@ -55,7 +58,7 @@ def train(
     if resume and not (run / "run.json").exists():
         raise OptionError("--resume", "must have a run to go on with in the folder", str(run))
     make_folder("RUN", run)
-    given = load_recipe(algo, env, recipe).with_arguments(arguments(arg or []), steps)
+    given = load_recipe(algo, env, recipe).with_arguments(arguments(arg or []), steps, rehearse)
     asked = Run(algo, env, seed, given, threads, processes, eval_every, eval_episodes)
     model = learn(asked, run, resume=resume, progress=progress)
     print_line(f"{model.num_timesteps} steps are done. Look at it: farm-ar watch {run}")

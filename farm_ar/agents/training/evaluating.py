@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from farm_ar.agents.players import PLAYERS, Player, play_episodes
+from farm_ar.agents.players import PLAYERS, Player, best_constant, play_episodes
 from farm_ar.agents.training.scores import Score, score
 from farm_ar.agents.training.trained_player import player_and_env
 from farm_ar.arrays import FloatArray
@@ -17,6 +17,9 @@ from farm_ar.errors import known_name
 
 HELD_OUT = 10_000_000
 """Seed of the first held-out episode; trainings and their evaluations use lower ones."""
+
+CONSTANT, TRIES, EPISODES_OF_A_TRY = "constant", 40, 10
+"""The player that always does the same: how many are tried, in how many episodes each."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +116,7 @@ def compare(
 
     Args:
         runs: folders of trainings that differ in the seed, or the name of a player that comes with farm-ar.
-        beside: names of other players; a random one is always there.
+        beside: names of other players, "constant" among them; a random one is always there.
         episodes: how many.
         which: "best" or "last" of each run.
         arguments: of the environment, in place of the training's.
@@ -124,16 +127,23 @@ def compare(
         OptionError: a player is not known, or cannot play here.
     """
     for name in beside:
-        known_name("beside", name, PLAYERS)
+        known_name("beside", name, (CONSTANT, *PLAYERS))
     seeds, trained = held_out(episodes), []
     for run in runs:
         player, env = player_and_env(run, which, arguments)
         trained.append(play(env, player, seeds))
     played: dict[str, Sequence[Played]] = {"trained": trained}
     for name in dict.fromkeys([*beside, "random"]):
-        played[name] = [play(env, PLAYERS[name](np.random.default_rng(seed)), seeds)]
+        played[name] = [play(env, _other(name, env, np.random.default_rng(seed)), seeds)]
     best = best_found([one for several in played.values() for one in several])
     return Comparison(played, best, seed)
+
+
+def _other(name: str, env: FarmToTableEnv, rng: np.random.Generator) -> Player:
+    """A player without training; the best constant one is looked for in episodes of the training."""
+    if name == CONSTANT:
+        return best_constant(env, rng, TRIES, range(EPISODES_OF_A_TRY), env.options.moves)
+    return PLAYERS[name](rng)
 
 
 def _together(played: Sequence[Played]) -> Played:

@@ -72,8 +72,10 @@ class Recipe:
         values = asdict(self)
         return {**{name: values[name] for name in OWN_KEYS}, **self.settings}
 
-    def with_arguments(self, env_kwargs: Mapping[str, Any], n_timesteps: int | None) -> Recipe:
-        """The same with further arguments of the environment, and another number of steps.
+    def with_arguments(
+        self, env_kwargs: Mapping[str, Any], n_timesteps: int | None = None, rehearse: int | None = None
+    ) -> Recipe:
+        """The same with further arguments of the environment, and other numbers of steps.
 
         The reward `miscount` looks at the animals, so a recipe that leaves them out is not taken at its word.
         """
@@ -81,7 +83,8 @@ class Recipe:
         both = {**self.env_kwargs, **env_kwargs}
         if both.get("reward") == "miscount":
             both = {name: value for name, value in both.items() if name not in LEFT_OUT or name in env_kwargs}
-        return replace(self, env_kwargs=both, n_timesteps=steps)
+        rehearsed = self.rehearse if rehearse is None else rehearse
+        return replace(self, env_kwargs=both, n_timesteps=steps, rehearse=rehearsed)
 
 
 def load_recipe(algorithm: str, env_id: str, path: str | os.PathLike[str] | None = None) -> Recipe:

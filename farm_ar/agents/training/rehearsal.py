@@ -61,9 +61,11 @@ class Rehearsal(VecEnv):
         self._chosen = option = EnvOptions(**arguments)
         for name, value in ONLY.items():
             if getattr(option, name) != value:
-                raise OptionError(name, f"must be {value} in a rehearsal", getattr(option, name))
+                expected = f"must be {value} in a rehearsal (which --rehearse 0 leaves out)"
+                raise OptionError(name, expected, getattr(option, name))
         if option.reward not in ("identity", "margin"):
-            raise OptionError("reward", "must be identity or margin in a rehearsal", option.reward)
+            expected = "must be identity or margin in a rehearsal (which --rehearse 0 leaves out)"
+            raise OptionError("reward", expected, option.reward)
         if option.action not in ("displacement", "slot"):
             raise OptionError("action", "must be displacement or slot in a rehearsal", option.action)
         env = FarmToTableEnv(**arguments)
