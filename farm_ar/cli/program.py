@@ -17,6 +17,7 @@ from farm_ar.cli.play_script import play_script
 from farm_ar.cli.replay import replay
 from farm_ar.cli.reproduce import reproduce
 from farm_ar.cli.scenes import app as scenes
+from farm_ar.cli.stress import stress, stress_replay
 from farm_ar.cli.train import train
 from farm_ar.cli.watch import watch
 
@@ -36,6 +37,8 @@ app.command()(identify)
 app.command("play-script")(play_script)
 app.command()(replay)
 app.command()(reproduce)
+app.command("stress-replay")(stress_replay)
+app.command()(stress)
 app.command()(train)
 app.command()(watch)
 

@@ -152,16 +152,16 @@ def test_what_is_foreseen_of_the_table_as_it_stands_is_what_the_view_says():
 def test_what_is_foreseen_of_a_moved_table_is_what_the_snapshot_says(rng):
     env = table(jitter="hard").unwrapped
     wrong = 0
-    for seed in range(10):
+    for seed in range(8):
         env.reset(seed=seed)
         truth = env.view.truth
-        position = truth.position + rng.normal(size=truth.position.shape) * 0.08 * truth.movable[:, None]
+        position = truth.position + rng.normal(size=truth.position.shape) * 0.2 * truth.movable[:, None]
         seen = foresee(env, position[None], truth.yaw[None])
         tracker = env.world.tracker
         tracker.look(truth.with_poses(position, truth.yaw), env.view.camera, rng)
         assert seen.wrong[0] == tracker.belief.wrong_labels
         wrong += int(seen.wrong[0])
-    assert wrong > 10
+    assert wrong > 5
 
 
 def test_the_kernel_says_the_same_uncompiled():

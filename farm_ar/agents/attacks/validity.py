@@ -1,0 +1,111 @@
+"""What a perturbation has to keep to: inside the room, nobody in another's footprint, compiled."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from farm_ar.arrays import BoolArray, FloatArray
+
+
+@numba.njit(cache=True, nogil=True)
+def overlap_depth(
+    dx: float, dz: float, yaw: float, other_yaw: float, half: FloatArray, other_half: FloatArray
+) -> float:
+    """How deep two footprints stand in each other, metres; negative where a gap is between them.
+
+    Separating axes: the least over the sides' directions of what their shadows share.
+
+    Args:
+        dx: from the one's pivot to the other's, metres.
+        dz: likewise.
+        yaw: heading of the one, radians.
+        other_yaw: heading of the other, radians.
+        half: (3,) half of the one's size, metres.
+        other_half: (3,) half of the other's size, metres.
+    """
+    cosine, sine = abs(np.cos(other_yaw - yaw)), abs(np.sin(other_yaw - yaw))
+    own_cos, own_sin = np.cos(yaw), np.sin(yaw)
+    other_cos, other_sin = np.cos(other_yaw), np.sin(other_yaw)
+    a = half[0] + other_half[0] * cosine + other_half[2] * sine - abs(dx * own_cos - dz * own_sin)
+    b = half[2] + other_half[0] * sine + other_half[2] * cosine - abs(dx * own_sin + dz * own_cos)
+    c = other_half[0] + half[0] * cosine + half[2] * sine - abs(dx * other_cos - dz * other_sin)
+    d = other_half[2] + half[0] * sine + half[2] * cosine - abs(dx * other_sin + dz * other_cos)
+    return float(min(a, b, c, d))
+
+
+@numba.njit(cache=True, nogil=True)
+def outside_by(
+    x: float, z: float, yaw: float, half: FloatArray, width: float, depth: float, whole: bool
+) -> float:
+    """How far an object reaches beyond the room, metres; the whole footprint, or only its pivot."""
+    reach_x, reach_z = 0.0, 0.0
+    if whole:
+        cosine, sine = abs(np.cos(yaw)), abs(np.sin(yaw))
+        reach_x, reach_z = half[0] * cosine + half[2] * sine, half[0] * sine + half[2] * cosine
+    beyond_x = max(reach_x - x, x + reach_x - width)
+    beyond_z = max(reach_z - z, z + reach_z - depth)
+    return max(beyond_x, beyond_z, 0.0)
+
+
+@numba.njit(cache=True, nogil=True)
+def are_valid(
+    position: FloatArray,
+    yaw: FloatArray,
+    before: FloatArray,
+    before_yaw: FloatArray,
+    size: FloatArray,
+    fixed: BoolArray,
+    keeps_clear: BoolArray,
+    stays_inside: BoolArray,
+    width: float,
+    depth: float,
+) -> BoolArray:
+    """Which of B perturbations are allowed.
+
+    Args:
+        position: (B, N, 2) metres.
+        yaw: (B, N) radians.
+        before: (N, 2) where the objects were.
+        before_yaw: (N,) how they were turned.
+        size: (N, 3) metres.
+        fixed: (N,) objects that must not move.
+        keeps_clear: (N, N) pairs that must not stand in each other.
+        stays_inside: (N,) objects of which no part may be outside the room; of the others the pivot.
+        width: of the room, metres.
+        depth: of the room, metres.
+
+    Returns:
+        (B,) true where only movable objects have moved, within the room, and none into another.
+    """
+    tolerance = 1e-9
+    half = size / 2
+    n = len(fixed)
+    result = np.ones(len(yaw), dtype=np.bool_)
+    moved = np.empty(n, dtype=np.bool_)
+    for b in range(len(yaw)):
+        for i in range(n):
+            moved[i] = (
+                position[b, i, 0] != before[i, 0]
+                or position[b, i, 1] != before[i, 1]
+                or yaw[b, i] != before_yaw[i]
+            )
+            if moved[i]:
+                x, z = position[b, i, 0], position[b, i, 1]
+                beyond = outside_by(x, z, yaw[b, i], half[i], width, depth, stays_inside[i])
+                if fixed[i] or not beyond <= tolerance:
+                    result[b] = False
+        for i in range(n):
+            if not (result[b] and moved[i]):
+                continue
+            for j in range(n):
+                if j == i or not keeps_clear[i, j] or (moved[j] and j < i):
+                    continue
+                dx = position[b, j, 0] - position[b, i, 0]
+                dz = position[b, j, 1] - position[b, i, 1]
+                reach = half[i, 0] + half[i, 2] + half[j, 0] + half[j, 2]
+                near = dx * dx + dz * dz < reach * reach
+                if near and overlap_depth(dx, dz, yaw[b, i], yaw[b, j], half[i], half[j]) > tolerance:
+                    result[b] = False
+                    break
+    return result

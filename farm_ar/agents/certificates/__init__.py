@@ -1,0 +1,5 @@
+"""Certificates: how much effort any attack on a case needs at the least."""
+
+from farm_ar.agents.certificates.bounds import NO_BOUND, Bound, lower_bound
+
+__all__ = ["NO_BOUND", "Bound", "lower_bound"]
