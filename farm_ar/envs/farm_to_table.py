@@ -98,6 +98,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
     |---|---|
     | `identity` | the rise of the number of wrong labels: those last read from another object than their own |
     | `margin` | the same + .5 x the rise of sum(1 - clip(margin / .3, 0, 1)) / 2 over the objects in view, of a snapshot as things stand |
+    | `clutter` | the same + .5 x the rise of that sum over all movable objects, were they all in view and known to stand as they do; what a helper (`sign=-1`) can lower |
     | `miscount` | animals that got into the wrong building or arrived where nothing stands |
     | `endpoint` | the rise of the distance from believed to true places, summed, as a share of the diagonal |
 
@@ -423,7 +424,8 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         """What the reward looks at; what this one does not is left at 0."""
         world = self._world
         wrong = world.tracker.belief.wrong_labels
-        return Standing(wrong, ambiguity, world.miscounts, self._endpoint_error())
+        clutter = self.view.clutter if self._options.reward == "clutter" else 0.0
+        return Standing(wrong, ambiguity, world.miscounts, self._endpoint_error(), clutter)
 
     def _left(self) -> FloatArray:
         """(4,) what is left of metres, radians, moves (or time) and visits, as shares."""

@@ -41,6 +41,9 @@ ONLY = {
 }
 """What can be rehearsed."""
 
+REWARDS = ("identity", "margin", "clutter")
+"""The rewards that do not look at animals or endpoints."""
+
 
 class Rehearsal(VecEnv):
     """`FarmToTable-v0` on many tables at once, with discs that push one another in place of physics.
@@ -63,8 +66,8 @@ class Rehearsal(VecEnv):
             if getattr(option, name) != value:
                 expected = f"must be {value} in a rehearsal (which --rehearse 0 leaves out)"
                 raise OptionError(name, expected, getattr(option, name))
-        if option.reward not in ("identity", "margin"):
-            expected = "must be identity or margin in a rehearsal (which --rehearse 0 leaves out)"
+        if option.reward not in REWARDS:
+            expected = f"must be {', '.join(REWARDS)} in a rehearsal (which --rehearse 0 leaves out)"
             raise OptionError("reward", expected, option.reward)
         if option.action not in ("displacement", "slot"):
             raise OptionError("action", "must be displacement or slot in a rehearsal", option.action)
@@ -75,7 +78,8 @@ class Rehearsal(VecEnv):
         self._cameras = VisitCameras(scene, field_of_view(option.fov), True)
         self._rng = np.random.default_rng(seed)
         self._learn_objects(scene.layout)
-        m = len(scene.layout)
+        weights, m = scene.cost_weights, len(scene.layout)
+        self._to_cost = weights.translation / scene.diagonal, weights.rotation
         self._position, self._home = np.empty((count, m, 2)), np.empty((count, m, 2))
         self._yaw, self._facing = np.empty((count, m)), np.empty((count, m))
         self._eye, self._gaze = np.empty((count, 2)), np.empty((3, count))
@@ -99,7 +103,7 @@ class Rehearsal(VecEnv):
 
     def step_wait(self) -> Any:
         """Do it. An episode that is over is followed by another."""
-        option, b, ambiguity = self._chosen, np.arange(self.num_envs), self._ambiguity()
+        option, b, before = self._chosen, np.arange(self.num_envs), self._closeness()
         which = self._actions[:, 0].copy()
         leaves = which == self._movable
         which[leaves] = 0
@@ -117,7 +121,7 @@ class Rehearsal(VecEnv):
         self._look()
         over = leaves | (self._moves == 0)
         effort = moved[:, 0] / self._scene.diagonal + moved[:, 1] / np.pi
-        harm = np.where(over, self._wrong, 0.0) + MARGIN_SHARE * (self._ambiguity() - ambiguity)
+        harm = np.where(over, self._wrong, 0.0) + MARGIN_SHARE * (self._closeness() - before)
         rewards = option.sign * harm - option.effort_weight * effort
         self._total += rewards
         self._length += 1
@@ -192,20 +196,21 @@ class Rehearsal(VecEnv):
         yaw, pitch, height = self._gaze
         cameras = Camera(self._eye, yaw, self._cameras.fov, height, pitch)
         self._seen = visible(self._template.with_poses(self._position, self._yaw), cameras)
-        weights = self._scene.cost_weights
-        to_cost = weights.translation / self._scene.diagonal, weights.rotation
         poses = self._position, self._yaw, self._home, self._facing
-        assess_all(*poses, self._seen, self._starts, *to_cost, self._cost, self._margin, self._wrong)
+        assess_all(*poses, self._seen, self._starts, *self._to_cost, self._cost, self._margin, self._wrong)
 
-    def _ambiguity(self) -> FloatArray:
-        """(B,) as `TableView.ambiguity` has it, 0 where the reward does not look at it."""
-        if self._chosen.reward != "margin":
+    def _closeness(self) -> FloatArray:
+        """(B,) what the reward looks at beside wrong labels: `TableView`'s ambiguity, its clutter, or 0."""
+        n, margin = self._movable, self._margin
+        if self._chosen.reward == "identity":
             return np.zeros(self.num_envs)
-        n = self._movable
-        counts = self._seen[:, :n] & np.isfinite(self._margin[:, :n])
-        closeness = 1 - np.clip(self._margin[:, :n] / MARGIN_SCALE, 0.0, 1.0)
-        ambiguity: FloatArray = np.where(counts, closeness, 0.0).sum(axis=1) / 2
-        return ambiguity
+        if self._chosen.reward == "clutter":
+            margin = np.empty_like(margin)
+            poses, everything = (self._position, self._yaw), np.ones_like(self._seen)
+            unused = np.empty_like(self._cost), np.empty_like(self._wrong)
+            assess_all(*poses, *poses, everything, self._starts, *self._to_cost, unused[0], margin, unused[1])
+        closeness: FloatArray = (1 - np.clip(margin[:, :n] / MARGIN_SCALE, 0.0, 1.0)).sum(axis=1) / 2
+        return closeness
 
     def _observation(self) -> dict[str, npt.NDArray[np.float32]]:
         option, size = self._chosen, np.asarray(self._scene.size)

@@ -50,7 +50,9 @@ def test_it_shows_what_the_environment_shows(action, jitter):
     assert np.array_equal(rehearsal.env_method("action_masks")[0], env.action_masks())
 
 
-@pytest.mark.parametrize("reward", [{}, {"reward": "margin", "sign": -1}], ids=str)
+@pytest.mark.parametrize(
+    "reward", [{}, {"reward": "margin", "sign": -1}, {"reward": "clutter", "sign": -1}], ids=str
+)
 def test_where_nothing_is_in_the_way_a_move_does_what_the_hand_does(reward):
     found = 0
     for budget in (0.1, 0.2, 0.3, 0.4):
