@@ -77,7 +77,7 @@ class TableView:
 
     @cached_property
     def clutter(self) -> float:
-        """Half the sum over movable objects of 1 - margin / 0.3, were they in view and known to stand like this.
+        """Half the sum over movable objects of 1 - margin / 0.3, were they in view and known to stand so.
 
         The lower it is, the farther anything has to be moved before the rule takes it for another.
         """
