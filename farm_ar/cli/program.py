@@ -11,6 +11,7 @@ import typer
 from farm_ar import __version__
 from farm_ar.cli.demo import demo
 from farm_ar.cli.design import design
+from farm_ar.cli.evaluate import evaluate
 from farm_ar.cli.identify import identify
 from farm_ar.cli.mistakes import OneLineMistakes
 from farm_ar.cli.play import play
@@ -20,6 +21,8 @@ from farm_ar.cli.reproduce import reproduce
 from farm_ar.cli.scenes import app as scenes
 from farm_ar.cli.stress import stress, stress_replay
 from farm_ar.cli.sweeps import app as sweeps
+from farm_ar.cli.train import train
+from farm_ar.cli.watch import watch
 
 app = typer.Typer(
     name="farm-ar",
@@ -34,13 +37,16 @@ app.add_typer(scenes, name="scenes")
 app.add_typer(sweeps, name="sweeps")
 app.command()(demo)
 app.command()(design)
+app.command()(evaluate)
 app.command()(identify)
 app.command()(play)
 app.command("play-script")(play_script)
 app.command()(replay)
 app.command()(reproduce)
-app.command()(stress)
 app.command("stress-replay")(stress_replay)
+app.command()(stress)
+app.command()(train)
+app.command()(watch)
 
 
 def _print_version(wanted: bool) -> None:

@@ -98,6 +98,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
     |---|---|
     | `identity` | the rise of the number of wrong labels: those last read from another object than their own |
     | `margin` | the same + .5 x the rise of sum(1 - clip(margin / .3, 0, 1)) / 2 over the objects in view, of a snapshot as things stand |
+    | `clutter` | the same + .5 x the rise of that sum over all movable objects, were they all in view and known to stand as they do; what a helper (`sign=-1`) can lower |
     | `miscount` | animals that got into the wrong building or arrived where nothing stands |
     | `endpoint` | the rise of the distance from believed to true places, summed, as a share of the diagonal |
 
@@ -226,7 +227,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         self._accuracy = 1.0
         self._trace, self._over = trace, False
         self._begin_visit()
-        return self._observe(), self._info(Motion())
+        return self.observe(), self._info(Motion())
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """One action. The episode ends within the step that takes its last snapshot.
@@ -246,7 +247,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         harm = HARM[self._options.reward](before, self._standing(ambiguity))
         effort = outcome.motion.effort(self._scene.diagonal)
         reward = float(self._options.sign * harm - self._options.effort_weight * effort)
-        return self._observe(), reward, self._over, False, self._info(outcome.motion)
+        return self.observe(), reward, self._over, False, self._info(outcome.motion)
 
     def action_masks(self) -> BoolArray:
         """The choices that make sense now, flat over the action's dimensions; only for the discrete actions.
@@ -259,6 +260,16 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         if mask is None:
             raise OptionError("action", "must be displacement or slot for masks", self._options.action)
         return mask
+
+    def observe(self) -> Any:
+        """The observation of now, as `reset` and `step` give it.
+
+        Raises:
+            gymnasium.error.ResetNeeded: there has been no episode yet.
+        """
+        return self._observation.observe(
+            self.view, self._left(), self._control.hand(self._world), self._world
+        )
 
     @property
     def options(self) -> EnvOptions:
@@ -413,12 +424,8 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         """What the reward looks at; what this one does not is left at 0."""
         world = self._world
         wrong = world.tracker.belief.wrong_labels
-        return Standing(wrong, ambiguity, world.miscounts, self._endpoint_error())
-
-    def _observe(self) -> Any:
-        return self._observation.observe(
-            self.view, self._left(), self._control.hand(self._world), self._world
-        )
+        clutter = self.view.clutter if self._options.reward == "clutter" else 0.0
+        return Standing(wrong, ambiguity, world.miscounts, self._endpoint_error(), clutter)
 
     def _left(self) -> FloatArray:
         """(4,) what is left of metres, radians, moves (or time) and visits, as shares."""

@@ -24,7 +24,7 @@ CONTROLS: dict[str, tuple[str, ...]] = {
 
 OBSERVATIONS = ("state", "pixels")
 KNOWLEDGE = ("white-box", "black-box")
-REWARDS = ("identity", "margin", "miscount", "endpoint")
+REWARDS = ("identity", "margin", "clutter", "miscount", "endpoint")
 JITTERS = ("none", "easy", "default", "hard")
 
 
@@ -87,7 +87,7 @@ class EnvOptions:
         if not self.game:
             self._check("control", self.control == "layout", 'must be "layout" without the game')
             known = self.reward != "miscount"
-            self._check("reward", known, "must be identity, margin or endpoint without the game")
+            self._check("reward", known, "must be identity, margin, clutter or endpoint without the game")
 
     def _make_int(self, name: str, lowest: int, expected: str) -> None:
         value = getattr(self, name)

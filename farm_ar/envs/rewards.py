@@ -15,16 +15,18 @@ class Standing:
         ambiguity: half the sum over objects in view of 1 - margin / 0.3, of a snapshot as things stand.
         miscounts: animals so far that did not get into the building of their colour.
         endpoint_error: sum over labels of the metres from believed to true place, as a share of the diagonal.
+        clutter: half the sum over objects of 1 - margin / 0.3, were they known to stand as they do.
     """
 
     wrong: int
     ambiguity: float
     miscounts: int
     endpoint_error: float
+    clutter: float = 0.0
 
 
 MARGIN_SHARE = 0.5
-"""What a unit of ambiguity is worth beside a wrong label."""
+"""What a unit of ambiguity, or of clutter, is worth beside a wrong label."""
 
 
 def _identity(before: Standing, after: Standing) -> float:
@@ -33,6 +35,10 @@ def _identity(before: Standing, after: Standing) -> float:
 
 def _margin(before: Standing, after: Standing) -> float:
     return _identity(before, after) + MARGIN_SHARE * (after.ambiguity - before.ambiguity)
+
+
+def _clutter(before: Standing, after: Standing) -> float:
+    return _identity(before, after) + MARGIN_SHARE * (after.clutter - before.clutter)
 
 
 def _miscount(before: Standing, after: Standing) -> float:
@@ -46,6 +52,7 @@ def _endpoint(before: Standing, after: Standing) -> float:
 HARM: dict[str, Callable[[Standing, Standing], float]] = {
     "identity": _identity,
     "margin": _margin,
+    "clutter": _clutter,
     "miscount": _miscount,
     "endpoint": _endpoint,
 }

@@ -76,6 +76,25 @@ class TableView:
         return float(closeness.sum() / 2)
 
     @cached_property
+    def clutter(self) -> float:
+        """Half the sum over movable objects of 1 - margin / 0.3, were they in view and known to stand so.
+
+        The lower it is, the farther anything has to be moved before the rule takes it for another.
+        """
+        position, yaw = self.truth.position[self.movable], self.truth.yaw[self.movable]
+        size, code = self.truth.size[self.movable], self.truth.category_code[self.movable]
+        weights = self.scene.cost_weights
+        cost = total_cost(
+            translation_cost(position, position, self.scene.diagonal),
+            rotation_cost(yaw, yaw),
+            dimension_cost(size, size),
+            weights.translation,
+            weights.rotation,
+        )
+        rises = margins(np.where(code[:, None] == code, cost, np.inf), np.arange(len(code)))
+        return float((1 - np.clip(rises / 0.3, 0.0, 1.0)).sum() / 2)
+
+    @cached_property
     def least_margin(self) -> float:
         """The smallest finite margin of a movable object in view; 1 where none has another choice."""
         seen = self.margins[self.movable]

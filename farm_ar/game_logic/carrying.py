@@ -12,7 +12,7 @@ import numpy as np
 from farm_ar.geometry import wrap
 
 if TYPE_CHECKING:
-    from farm_ar.game_logic.tabletop import Pair, Tabletop
+    from farm_ar.game_logic.tabletop import Most, Pair, Tabletop
 
     Record = Callable[[Tabletop], None]
 
@@ -49,7 +49,14 @@ class Carry:
 
 
 def carry(
-    table: Tabletop, index: int, goal: Pair, yaw: float, record: Record | None, speed: float, leave: bool
+    table: Tabletop,
+    index: int,
+    goal: Pair,
+    yaw: float,
+    record: Record | None,
+    speed: float,
+    leave: bool,
+    most: Most | None,
 ) -> Carry:
     """Carry a building to a pose, as `Tabletop.carry` describes it."""
     start = table.ticks
@@ -62,7 +69,7 @@ def carry(
         table.raise_hand()
         table.guide_hand((x, z), 0.0, REACH_SPEED, record)
         table.grip(index)
-        table.guide_hand(goal, float(wrap(yaw - heading[index])), speed, record)
+        table.guide_hand(goal, float(wrap(yaw - heading[index])), speed, record, most)
         table.raise_hand()
         if leave:
             table.guide_hand((x, ENTRY), 0.0, REACH_SPEED, record)

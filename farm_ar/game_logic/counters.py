@@ -16,20 +16,24 @@ NOTHING = -1
 class Counters:
     """Counts for N labels, all starting at 0.
 
+    Args:
+        counts: (3, N) all of them; the attributes below are its rows.
+
     Attributes:
         counted: (N,) what the game shows: animals of the label's colour that got into a building.
         misplaced: (N,) those of them that got into another label's building.
         stranded: (N,) animals that arrived where nothing stands, and were not counted.
     """
 
-    counted: IntArray
-    misplaced: IntArray
-    stranded: IntArray
+    counts: IntArray
+
+    def __post_init__(self) -> None:
+        self.counted, self.misplaced, self.stranded = self.counts
 
     @classmethod
     def zero(cls, n: int) -> Counters:
         """Counters of `n` labels before anything has happened."""
-        return cls(*(np.zeros(n, dtype=np.int64) for _ in range(3)))
+        return cls(np.zeros((3, n), dtype=np.int64))
 
     def add(self, goal: IntArray, building: IntArray) -> None:
         """Count arrivals.

@@ -7,23 +7,24 @@ from enum import Enum
 
 import numpy as np
 
-from farm_ar.arrays import FloatArray, IntArray
+from farm_ar.arrays import FloatArray
 from farm_ar.errors import SceneError
+from farm_ar.game_logic import kernels, sight, steering
+from farm_ar.game_logic import plane_kernels as plane
 from farm_ar.game_logic.counters import Counters
-from farm_ar.game_logic.flock import Arrivals, Flock
+from farm_ar.game_logic.flock import Flock
+from farm_ar.game_logic.lanes import Lanes
 from farm_ar.game_logic.moment import Moment
 from farm_ar.game_logic.motion import Motion
-from farm_ar.game_logic.paths import clear_curve, door, running_curve
-from farm_ar.game_logic.perception import GeometricHandDetector, HandDetector, Perception
-from farm_ar.game_logic.tabletop import Tabletop
+from farm_ar.game_logic.perception import GeometricHandDetector, HandDetector, HandView, Perception
+from farm_ar.game_logic.tabletop import Most, Tabletop
 from farm_ar.game_logic.tracker import ReidFactory, Sighting, Tracker, spatial_by_category
-from farm_ar.geometry import wrap
-from farm_ar.scenes import Camera, Layout, Scene, visible
+from farm_ar.scenes import Camera, Layout, Scene
 
 TICK_S = 1 / 60
 """Length of a tick."""
 
-HAND_AWAY_S = 0.5
+HAND_AWAY_S = steering.AWAY_TICKS * TICK_S
 """How long the hand must have been out of view, holding nothing, before a visit is over."""
 
 ANIMAL_SPEED_M_S = 0.12
@@ -36,9 +37,6 @@ ANIMALS_A_SECOND = 10.0
 
 WARM_UP_S = 8.0
 """How long animals have been leaving the shed when the game begins; those that would be home are."""
-
-PATH_SPREAD_M = 0.03
-"""How far to the side of one another animals of one colour run, standard deviation."""
 
 
 class Phase(Enum):
@@ -79,22 +77,41 @@ class FarmGame:
         layout = layout or scene.layout
         if not layout.fixed.any():
             raise SceneError("objects", "must hold a fixed one, the shed", list(layout.labels))
-        self.scene, self.camera, self.rng = scene, camera, rng
+        self.scene, self.rng = scene, rng
+        self.camera = camera
         self.tabletop = Tabletop(layout, scene.size)
         self.tracker = Tracker(scene, layout, make_reid, perception)
         self.hand_detector = hand_detector or GeometricHandDetector()
         self.counters = Counters.zero(len(layout))
         self.flock = Flock(ANIMAL_SPEED_M_S)
-        self.phase = Phase.PLAY
-        self.clock = 0.0
         self.sightings: list[Sighting] = []
-        self._away = 0.0
+        self._phase = np.zeros(steering.PHASES)
         self._shed = int(np.flatnonzero(layout.fixed)[0])
         self._goals = np.flatnonzero(layout.movable)
-        self._emitted = np.zeros(len(layout), dtype=np.int64)
-        self._period = len(self._goals) / animals_a_second if animals_a_second > 0 else np.inf
-        self._next_due = 0.0 if animals_a_second > 0 else np.inf
-        self._warm_up()
+        self._lanes = Lanes(self._goals, self._shed, rng)
+        self._led = False
+        self._played_on: FloatArray | None = None
+        self.allow(None)
+        self._warm_up(animals_a_second)
+
+    @property
+    def camera(self) -> Camera:
+        """The headset's camera."""
+        return self._camera
+
+    @camera.setter
+    def camera(self, camera: Camera) -> None:
+        self._camera, self._eye = camera, sight.eye_of(camera)
+
+    @property
+    def phase(self) -> Phase:
+        """What is going on."""
+        return Phase.HAND if self._phase[steering.VISITED] else Phase.PLAY
+
+    @property
+    def clock(self) -> float:
+        """Seconds played so far."""
+        return float(self.flock.clock[kernels.NOW])
 
     @property
     def truth(self) -> Layout:
@@ -109,7 +126,7 @@ class FarmGame:
     @property
     def miscounts(self) -> int:
         """Animals so far that did not get into the building of their colour."""
-        return self.counters.miscounts
+        return int(self.flock.clock[kernels.ASTRAY])
 
     def moment(self, caption: str = "") -> Moment:
         """All there is to see now."""
@@ -133,7 +150,7 @@ class FarmGame:
     def state(self) -> list[FloatArray]:
         """All that may change, as arrays."""
         hand, camera = self.tabletop.hand, self.camera
-        counters = [self.counters.counted, self.counters.misplaced, self.counters.stranded, self._emitted]
+        counters = [self.counters.counted, self.counters.misplaced, self.counters.stranded]
         held = -1 if hand is None or hand.gripped is None else hand.gripped
         arm = [] if hand is None else [*hand.position, hand.yaw, *hand.velocity, hand.raised]
         return [
@@ -143,15 +160,16 @@ class FarmGame:
             self.flock.curve,
             camera.position,
             np.array([camera.yaw, camera.pitch, 0.0 if camera.height is None else camera.height]),
-            np.array([self.clock, self.tabletop.ticks, self._away, self.phase is Phase.HAND, held]),
+            np.array([self.tabletop.ticks, held]),
+            self.flock.clock.copy(),
+            self._phase.copy(),
             np.array(arm, dtype=np.float64),
         ]
 
     def begin_visit(self, camera: Camera | None = None) -> None:
         """The hand comes into view: the animals freeze. The camera is the one that will take the snapshot."""
         self.camera = camera or self.camera
-        self.phase = Phase.HAND
-        self._away = 0.0
+        self._phase[[steering.VISITED, steering.AWAY]] = 1.0, 0.0
 
     def move(
         self,
@@ -159,6 +177,7 @@ class FarmGame:
         displacement: FloatArray,
         turn: float,
         record: Callable[[Tabletop], None] | None = None,
+        most: Most | None = None,
     ) -> Motion:
         """The hand carries one building over the table and lets it go; what is in the way is pushed.
 
@@ -167,19 +186,23 @@ class FarmGame:
             displacement: (2,) metres in x and z.
             turn: radians, clockwise.
             record: called at every tick.
+            most: how much all buildings may be moved; the hand stops before it is more.
         """
         position, yaw = self.tabletop.poses()
-        self.tabletop.carry(index, position[index] + displacement, float(yaw[index] + turn), record)
-        return self._moved_since(position, yaw)
+        before = self.tabletop.moved
+        goal = position[index] + displacement
+        self.tabletop.carry(index, goal, float(yaw[index] + turn), record, most=most)
+        return self.tabletop.moved - before
 
     def end_visit(self, camera: Camera | None = None) -> Sighting:
         """The hand has left: snapshot, poses, identification; then only the ends of the paths move."""
         sighting = self.tracker.look(self.truth, camera or self.camera, self.rng)
         self.sightings.append(sighting)
         believed = self.believed
-        self.flock.redirect(believed.position, sighting.changed)
-        self.phase = Phase.PLAY
-        self._away = 0.0
+        if sighting.changed.any():
+            self.flock.redirect(believed.position, sighting.changed)
+            self._led, self._played_on = False, None
+        self._phase[[steering.VISITED, steering.AWAY]] = 0.0
         return sighting
 
     def play(self, seconds: float) -> None:
@@ -188,18 +211,29 @@ class FarmGame:
         Args:
             seconds: not negative.
         """
-        if self.phase is not Phase.PLAY:
+        if self._phase[steering.VISITED]:
             return
-        self._emit(seconds)
-        arrivals = self._run(seconds)
-        if len(arrivals):
-            self.counters.add(arrivals.goal, arrivals.building)
-        self.clock += seconds
+        self._look_ahead()
+        flock, lanes, counts = self.flock, self._lanes, self.counters.counts
+        end = flock.clock[kernels.NOW] + seconds
+        while not kernels.run(*flock.arrays, lanes.lane, lanes.table, counts, end):
+            flock.make_room(1)
 
     def bring_hand(self) -> None:
         """A hand to steer, at the player's side, out of view."""
         width, _ = self.scene.size
         self.tabletop.bring_hand((width / 2, HAND_WAITS_AT_Z))
+
+    def allow(self, most: Most | None) -> None:
+        """From now on a steered hand may move the buildings by so much, by default as much as it likes.
+
+        It stops before it is more, and then touches nothing any more.
+        """
+        self._way = np.zeros(plane.WAYS)
+        limits = most or Most()
+        self._way[plane.LIMIT_METRES : plane.DIAGONAL + 1] = limits.as_row()
+        moved = self.tabletop.moved
+        self._way[plane.BEGAN_METRES], self._way[plane.BEGAN_RADIANS] = moved.metres, moved.radians
 
     def withdraw_hand(self) -> tuple[Motion, Sighting | None]:
         """The hand lets go and is gone at once.
@@ -207,102 +241,84 @@ class FarmGame:
         Returns:
             What the buildings still did, and the sighting if that ends a visit.
         """
-        before = self.tabletop.poses()
+        before = self.tabletop.moved
         self.tabletop.remove_hand()
         self.tabletop.settle()
-        return self._moved_since(*before), self.end_visit() if self.phase is Phase.HAND else None
+        sighting = self.end_visit() if self._phase[steering.VISITED] else None
+        return self.tabletop.moved - before, sighting
 
     def tick(self, velocity: FloatArray, twist: float, grip: bool) -> tuple[Motion, Sighting | None]:
-        """One tick under a hand that is steered: physics, freezing, and at the end of a visit the snapshot.
+        """One tick under a hand that is steered, as `steer` describes it."""
+        motion, _, sighting = self.steer(float(velocity[0]), float(velocity[1]), twist, grip, 1)
+        return motion, sighting
+
+    def steer(
+        self, vx: float, vz: float, twist: float, grip: bool, ticks: int
+    ) -> tuple[Motion, int, Sighting | None]:
+        """Ticks under a hand that is steered: physics, freezing, and at the end of a visit the snapshot.
 
         Args:
-            velocity: (2,) of the hand, metres a second.
+            vx: velocity of the hand along x, metres a second.
+            vz: the same along z.
             twist: of the hand, radians a second, clockwise.
             grip: whether the hand is closed. It grips what it closes on, if that is in view.
+            ticks: how many at most; fewer if a visit ends before.
 
         Returns:
-            What the tick did to the buildings, and the sighting if it ended a visit.
+            What they did to the buildings, how many there were, and the sighting if they ended a visit.
         """
-        position, yaw = self.tabletop.poses()
-        self._use_hand(grip)
-        self.tabletop.tick(velocity, twist)
-        hand = self.tabletop.hand
-        if hand is not None and self.hand_detector.sees_hand(hand.position, self.camera):
-            if self.phase is Phase.PLAY:
-                self.begin_visit()
-            self._away = 0.0
-        elif hand is not None and hand.gripped is not None:
-            self._away = 0.0
-        else:
-            self._away += TICK_S
-        sighting = None
-        if self.phase is Phase.PLAY:
-            self.play(TICK_S)
-        elif self._away >= HAND_AWAY_S - TICK_S / 2:
+        handle, state, box = self.tabletop.arrays
+        metres, radians = state[plane.METRES], state[plane.RADIANS]
+        phase, passed, over = self._phase, 0, False
+        by_geometry = type(self.hand_detector) is GeometricHandDetector
+        while passed < ticks and not over:
+            if by_geometry:
+                done, over = steering.steer(
+                    handle, state, box, self._eye, self._way, phase, vx, vz, -twist, grip, ticks - passed
+                )
+            else:
+                steering.press(handle, state, box, self._eye, self._way, vx, vz, -twist, grip)
+                done, over = 1, steering.watch(state, phase, self.sees_hand())
+            passed += done
+            if phase[steering.PENDING]:
+                seconds, phase[steering.PENDING] = phase[steering.PENDING] * TICK_S, 0.0
+                visited, phase[steering.VISITED] = phase[steering.VISITED], 0.0
+                self.play(seconds)
+                phase[steering.VISITED] = visited
+        if over:
             self.tabletop.settle()
-            sighting = self.end_visit()
-        return self._moved_since(position, yaw), sighting
+        motion = Motion(float(state[plane.METRES] - metres), float(state[plane.RADIANS] - radians))
+        return motion, passed, self.end_visit() if over else None
 
-    def _use_hand(self, grip: bool) -> None:
-        hand = self.tabletop.hand
-        if hand is None:
-            return
-        if not grip and hand.gripped is not None:
-            self.tabletop.release()
-        elif grip and hand.gripped is None:
-            index = self.tabletop.find_building(hand.position)
-            if index is not None and visible(self.truth, self.camera)[index]:
-                self.tabletop.grip(index)
+    def sees_hand(self) -> bool:
+        """Whether the hand detector sees the hand now."""
+        return bool(self.hand_detector.sees_hand(HandView(self.camera, self.tabletop.hand, self.moment)))
 
-    def _moved_since(self, position: FloatArray, yaw: FloatArray) -> Motion:
-        new_position, new_yaw = self.tabletop.poses()
-        if new_position is position:
-            return Motion()
-        metres = np.linalg.norm(new_position - position, axis=1).sum()
-        return Motion(float(metres), float(np.abs(wrap(new_yaw - yaw)).sum()))
-
-    def _emit(self, seconds: float) -> None:
-        """Send out the animals that are due within the next `seconds`, each at its own time.
-
-        The label in place k of n sends its j-th animal at (j + k / n) periods.
-        """
-        if self._next_due >= self.clock + seconds:
-            return
-        n = len(self._goals)
-        goals, delays = [], []
-        for place, label in enumerate(self._goals):
-            due = (self._emitted[label] + place / n) * self._period
-            while due < self.clock + seconds:
-                goals.append(label)
-                delays.append(due - self.clock)
-                self._emitted[label] += 1
-                due += self._period
-        self._next_due = min(
-            (self._emitted[label] + place / n) * self._period for place, label in enumerate(self._goals)
-        )
-        if goals:
-            first = np.argsort(delays, kind="stable")
-            self._send_out(np.array(goals)[first], np.array(delays)[first])
-
-    def _warm_up(self) -> None:
-        """Fill the paths with animals that left before the game began, and forget those that are home."""
-        n, each = len(self._goals), int(np.ceil(WARM_UP_S / self._period))
-        if each:
-            place, earlier = np.divmod(np.arange(n * each), each)
-            self._send_out(self._goals[place], -self._period * (earlier + 1 - place / n))
-            self._run(0.0)
-
-    def _run(self, seconds: float) -> Arrivals:
+    def _look_ahead(self) -> None:
+        """Have everybody know who arrives where, if buildings have moved or are believed elsewhere."""
         position, yaw = self.tabletop.poses()
+        if self._led and position is self._played_on:
+            return
+        self._played_on = position
+        if not self._led:
+            self._lanes.lead_to(self.believed, self.scene.size)
         layout = self.scene.layout
-        return self.flock.play(seconds, position, yaw, layout.size, layout.movable)
+        box = self.flock.look_ahead(position, yaw, layout.size, layout.movable)
+        if box is not None or not self._led:
+            self._lanes.look_ahead(self.flock.box)
+        self._led = True
 
-    def _send_out(self, goals: IntArray, delays: FloatArray) -> None:
-        believed, shed = self.believed, self._shed
-        start = door(believed.position[shed], believed.yaw[shed], believed.size[shed])
-        spread = PATH_SPREAD_M * self.rng.normal(size=len(goals))
-        curve = running_curve(
-            start, believed.yaw[shed], believed.position[goals], believed.yaw[goals], spread
-        )
-        where = believed.position, believed.yaw, believed.size
-        self.flock.add(goals, clear_curve(curve, goals, *where, believed.movable, self.scene.size), delays)
+    def _warm_up(self, animals_a_second: float) -> None:
+        """Fill the lanes with animals that left before the game began, and forget those that are home."""
+        clock, n = self.flock.clock, len(self._goals)
+        if animals_a_second <= 0:
+            clock[kernels.PERIOD], self._led = np.inf, True
+            return
+        clock[kernels.PERIOD] = n / animals_a_second
+        each = int(np.ceil(WARM_UP_S / clock[kernels.PERIOD]))
+        clock[kernels.SENT] = -n * each
+        self.flock.make_room(n * each)
+        clock[kernels.NOW] = -each * clock[kernels.PERIOD]
+        self.play(-clock[kernels.NOW])
+        clock[[kernels.NOW, kernels.ASTRAY]] = 0.0
+        self.counters.counts[:] = 0

@@ -15,9 +15,6 @@ from farm_ar.geometry import move_end
 
 __all__ = ["Arrivals", "Flock", "clear_curve", "door", "running_curve", "target"]
 
-# The arrays that hold the animals, one row each.
-_STATE = ("_goal", "_curve", "_along", "_parameter", "_knot", "_travelled")
-
 
 @dataclass(frozen=True, eq=False)
 class Arrivals:
@@ -57,20 +54,25 @@ class Flock:
         if not (np.isfinite(speed) and speed > 0):
             raise OptionError("speed", "must be a positive number of metres a second", speed)
         self.speed = float(speed)
-        self._goal = np.empty(0, dtype=np.int64)
-        self._curve = np.empty((0, 4, 2))
-        self._along = np.empty(0)
-        self._parameter = np.empty(0)
-        self._knot = np.empty((0, kernels.KNOTS))
-        self._travelled = np.empty((0, kernels.KNOTS))
+        self.clock = np.zeros(kernels.CLOCKS)
+        self.clock[kernels.PACE], self.clock[kernels.NEXT] = self.speed, np.inf
+        self._order = np.empty(0, dtype=np.int64)
+        self._animal = np.empty((0, kernels.ANIMAL))
+        self._table = np.empty((0, 2 * kernels.KNOTS))
+        self.box: FloatArray | None = None
 
     def __len__(self) -> int:
-        return len(self._goal)
+        return int(self.clock[kernels.RUNNERS])
+
+    @property
+    def arrays(self) -> tuple[IntArray, FloatArray, FloatArray, FloatArray]:
+        """Order, animals, tables and clock, for compiled kernels."""
+        return self._order, self._animal, self._table, self.clock
 
     @property
     def goal(self) -> IntArray:
         """(A,) index of the label that each animal wants to get to."""
-        return self._goal.copy()
+        return self._animal[self._live, kernels.GOAL].astype(np.int64)
 
     @property
     def position(self) -> FloatArray:
@@ -85,7 +87,7 @@ class Flock:
     @property
     def curve(self) -> FloatArray:
         """(A, 4, 2) control points of what is left of each animal's curve, metres."""
-        return self._rest(np.ones(len(self), dtype=bool))
+        return self._rest(self._live)
 
     def add(self, goal: npt.ArrayLike, curve: npt.ArrayLike, delay: npt.ArrayLike = 0.0) -> None:
         """Send animals on their way.
@@ -104,15 +106,25 @@ class Flock:
             raise ValueError(
                 f"goal and curve must be (K,) and (K, 4, 2), got {goals.shape} and {curves.shape}"
             )
-        along = -self.speed * np.broadcast_to(np.asarray(delay, dtype=np.float64), goals.shape)
-        if not (np.isfinite(curves).all() and np.isfinite(along).all()):
+        begin = self.clock[kernels.NOW] + np.broadcast_to(np.asarray(delay, dtype=np.float64), goals.shape)
+        if not (np.isfinite(curves).all() and np.isfinite(begin).all()):
             raise ValueError("curve and delay must be finite")
-        table = np.empty((len(goals), kernels.KNOTS))
-        first = len(self)
-        new = (goals, curves, along, np.zeros(len(goals)), table, table)
-        for name, values in zip(_STATE, new, strict=True):
-            setattr(self, name, np.concatenate([getattr(self, name), values]))
-        self._measure(np.arange(len(self)) >= first)
+        live, more = len(self), len(goals)
+        self.make_room(more)
+        slots = self._order[live : live + more]
+        self._animal[slots, kernels.GOAL], self._animal[slots, kernels.ZERO] = goals, begin
+        self.clock[kernels.RUNNERS] = live + more
+        self._set_curves(slots, curves)
+
+    def make_room(self, more: int) -> None:
+        """Have room for so many animals more."""
+        held, needed = len(self._order), len(self) + more
+        if needed <= held:
+            return
+        room = max(needed, 2 * held, 64) - held
+        self._order = np.concatenate([self._order, np.arange(held, held + room)])
+        self._animal = np.concatenate([self._animal, np.zeros((room, kernels.ANIMAL))])
+        self._table = np.concatenate([self._table, np.zeros((room, 2 * kernels.KNOTS))])
 
     def redirect(self, goal_end: FloatArray, changed: BoolArray) -> None:
         """Move the ends of the curves that lead to labels now believed elsewhere.
@@ -133,11 +145,13 @@ class Flock:
             raise ValueError(
                 f"goal_end and changed must be (M, 2) and (M,), got {goal_end.shape}, {changed.shape}"
             )
-        turned = changed[self._goal]
+        goal = self.goal
+        turned = changed[goal]
         if turned.any():
-            self._curve[turned] = move_end(self._rest(turned), goal_end[self._goal[turned]])
-            self._along[turned] = np.minimum(self._along[turned], 0.0)
-            self._measure(turned)
+            slots, now = self._live[turned], self.clock[kernels.NOW]
+            rest = move_end(self._rest(slots), goal_end[goal[turned]])
+            self._animal[slots, kernels.ZERO] = np.maximum(self._animal[slots, kernels.ZERO], now)
+            self._set_curves(slots, rest)
 
     def play(
         self, seconds: float, position: FloatArray, yaw: FloatArray, size: FloatArray, obstacles: BoolArray
@@ -163,6 +177,23 @@ class Flock:
         """
         if not 0 <= seconds < np.inf:
             raise ValueError(f"seconds must be finite and not negative, got {seconds}")
+        self.look_ahead(position, yaw, size, obstacles)
+        live, begin = len(self), self.clock[kernels.NOW]
+        goal, into, due = np.empty(live, np.int64), np.empty(live, np.int64), np.empty(live)
+        arrived = kernels.take_in(self._order, self._animal, self.clock, begin + seconds, goal, into, due)
+        if not arrived:
+            return _NOBODY
+        first = np.argsort(due[:arrived], kind="stable")
+        return Arrivals(goal[first], into[first], due[first] - begin)
+
+    def look_ahead(
+        self, position: FloatArray, yaw: FloatArray, size: FloatArray, obstacles: BoolArray
+    ) -> FloatArray | None:
+        """Find out anew who arrives where and when, if the buildings have moved; arguments as for `play`.
+
+        Returns:
+            Their footprints, as `kernels.boxes` has them, if they have; else None.
+        """
         # Copies, because read-only or transposed arrays would have the kernels compiled once more.
         centre, turned = np.array(position, np.float64, order="C"), np.array(yaw, np.float64, order="C")
         sides, enterable = np.array(size, np.float64, order="C"), np.array(obstacles, dtype=np.bool_)
@@ -172,47 +203,50 @@ class Flock:
             raise ValueError(
                 f"position, yaw, size, obstacles must be (N, 2), (N,), (N, 3), (N,), got {shapes}"
             )
-        building, run = np.empty(len(self), dtype=np.int64), np.empty(len(self))
-        arrived = kernels.advance(
-            self._curve,
-            self._knot,
-            self._travelled,
-            self._along,
-            self._parameter,
-            kernels.boxes(centre, turned, sides, enterable),
-            self.speed * seconds,
-            building,
-            run,
-        )
-        if not arrived:
-            return _NOBODY
-        there = building != kernels.RUNNING
-        order = np.flatnonzero(there)[np.argsort(run[there], kind="stable")]
-        arrivals = Arrivals(self._goal[order], building[order], run[order] / self.speed)
-        for name in _STATE:
-            setattr(self, name, getattr(self, name)[~there])
-        return arrivals
+        box = kernels.boxes(centre, turned, sides, enterable)
+        if self.box is not None and np.array_equal(self.box, box, equal_nan=True):
+            return None
+        self.box = box
+        kernels.foresee(*self.arrays, box)
+        return box
+
+    @property
+    def _live(self) -> IntArray:
+        """(A,) slots of those on their way, in the order in which they were added."""
+        return self._order[: len(self)]
+
+    def _along(self, slots: IntArray) -> FloatArray:
+        """(C,) how far they have run, metres; 0 for those that wait."""
+        ran = self.speed * (self.clock[kernels.NOW] - self._animal[slots, kernels.ZERO])
+        return np.maximum(ran, 0.0)
+
+    def _curves(self, slots: IntArray) -> tuple[FloatArray, FloatArray]:
+        """(C, 4, 2) the curves of animals, and (C,) the parameters where they are on them."""
+        curve, table = self._animal[slots, kernels.CURVE :].reshape(-1, 4, 2), self._table[slots]
+        parameter = np.empty(len(curve))
+        kernels.locate(curve, table, self._along(slots), parameter)
+        return curve, parameter
 
     def _stand(self) -> tuple[FloatArray, FloatArray]:
         """(A, 2) positions and (A,) headings."""
         position, yaw = np.empty((len(self), 2)), np.empty(len(self))
-        kernels.stand(self._curve, self._parameter, position, yaw)
+        kernels.stand(*self._curves(self._live), position, yaw)
         return position, yaw
 
-    def _rest(self, chosen: BoolArray) -> FloatArray:
-        """(C, 4, 2) what is left of the curves of the C chosen animals, from exactly where they stand."""
-        curve = self._curve[chosen]
+    def _rest(self, slots: IntArray) -> FloatArray:
+        """(C, 4, 2) what is left of the curves of animals, from exactly where they stand."""
+        curve, parameter = self._curves(slots)
         rest = np.empty_like(curve)
-        kernels.cut(curve, self._parameter[chosen], rest)
+        kernels.cut(curve, parameter, rest)
         return rest
 
-    def _measure(self, chosen: BoolArray) -> None:
-        """Tabulate the arc length of the chosen animals' curves, and find where on them they stand."""
-        along = self._along[chosen]
-        parameter, knot = np.empty(len(along)), np.empty((len(along), kernels.KNOTS))
-        travelled = np.empty_like(knot)
-        kernels.measure(self._curve[chosen], along, parameter, knot, travelled)
-        self._parameter[chosen], self._knot[chosen], self._travelled[chosen] = parameter, knot, travelled
+    def _set_curves(self, slots: IntArray, curve: FloatArray) -> None:
+        """Give animals other curves, (C, 4, 2)."""
+        self._animal[slots, kernels.CURVE :] = curve.reshape(-1, 8)
+        table = np.empty((len(slots), 2 * kernels.KNOTS))
+        kernels.tabulate(curve, table)
+        self._table[slots] = table
+        self.box = None
 
 
 _NOBODY = Arrivals(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty(0))

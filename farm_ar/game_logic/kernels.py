@@ -21,6 +21,18 @@ KNOTS = 64
 RUNNING, NOWHERE = -2, -1
 """In place of a building: still on the way; come to the end of the curve inside nothing."""
 
+GOAL, INTO, ZERO, DUE, CURVE, ANIMAL = 0, 1, 2, 3, 4, 12
+"""Columns of what is known of an animal: the label that it wants to get to; the building in which it will arrive; when
+it is, or was, at the start of its curve, and when it arrives, seconds; the curve; how many columns there are."""
+
+NOW, PACE, RUNNERS, NEXT, PERIOD, SENT, ASTRAY, CLOCKS = range(8)
+"""Places in a flock's clock: the time, seconds; metres a second; how many are on their way; when the next arrives; how
+often a label sends one; how many have been sent; how many of those that arrived have not got into the building of
+their label; how many places there are."""
+
+LANE = 11
+"""Columns of a lane."""
+
 Polynomial = tuple[float, float, float, float, float, float, float, float]
 
 _EVEN_STEPS = 8
@@ -72,13 +84,58 @@ def turning_points(b: float, c: float, d: float) -> tuple[float, float]:
 
 
 @numba.njit(cache=True, nogil=True)
-def measure(
-    curve: FloatArray, along: FloatArray, parameter: FloatArray, knot: FloatArray, travelled: FloatArray
-) -> None:
-    """Tabulate the arc length of curves: steps are halved until two quadratures agree with one.
+def measure_one(curve: FloatArray, knot: FloatArray, travelled: FloatArray) -> None:
+    """Tabulate the arc length of a curve: steps are halved until two quadratures agree with one.
 
     The first steps end where x or z turns round, too. An exact cusp is such a place, and a quadrature across
     it may be wrong without showing it.
+
+    Args:
+        curve: (4, 2) control points, metres.
+        knot: (KNOTS,) filled with parameters rising from 0 to 1, then 1 to the end.
+        travelled: (KNOTS,) filled with the length up to each, metres.
+    """
+    ends = np.empty(KNOTS)
+    p = polynomial(curve)
+    around = 0.0
+    for i in range(3):
+        around += np.hypot(curve[i + 1, 0] - curve[i, 0], curve[i + 1, 1] - curve[i, 1])
+    for i in range(_EVEN_STEPS):
+        ends[i] = 1 - i / _EVEN_STEPS
+    waiting, used = _EVEN_STEPS, 1
+    x_turns, z_turns = turning_points(p[1], p[2], p[3]), turning_points(p[5], p[6], p[7])
+    for turn in (x_turns[0], x_turns[1], z_turns[0], z_turns[1]):
+        if 0 < turn < 1:
+            place = waiting
+            while ends[place - 1] < turn:
+                ends[place] = ends[place - 1]
+                place -= 1
+            ends[place] = turn
+            waiting += 1
+    begin = length = 0.0
+    knot[0] = travelled[0] = 0.0
+    while waiting > 0:
+        end = ends[waiting - 1]
+        middle = (begin + end) / 2
+        step = stretch(p, begin, end)
+        error = abs(step - stretch(p, begin, middle) - stretch(p, middle, end))
+        if error > _TOLERANCE * around and used + waiting < KNOTS:
+            ends[waiting] = middle
+            waiting += 1
+            continue
+        length += step
+        knot[used], travelled[used] = end, length
+        begin = end
+        used += 1
+        waiting -= 1
+    knot[used:], travelled[used:] = 1.0, length
+
+
+@numba.njit(cache=True, nogil=True)
+def measure(
+    curve: FloatArray, along: FloatArray, parameter: FloatArray, knot: FloatArray, travelled: FloatArray
+) -> None:
+    """Tabulate the arc length of curves, and find where on them animals are.
 
     Args:
         curve: (A, 4, 2) control points, metres.
@@ -87,42 +144,23 @@ def measure(
         knot: (A, KNOTS) filled with parameters rising from 0 to 1, then 1 to the end.
         travelled: (A, KNOTS) filled with the length up to each, metres.
     """
-    ends = np.empty(KNOTS)
     for a in range(len(curve)):
-        p = polynomial(curve[a])
-        around = 0.0
-        for i in range(3):
-            around += np.hypot(curve[a, i + 1, 0] - curve[a, i, 0], curve[a, i + 1, 1] - curve[a, i, 1])
-        for i in range(_EVEN_STEPS):
-            ends[i] = 1 - i / _EVEN_STEPS
-        waiting, used = _EVEN_STEPS, 1
-        x_turns, z_turns = turning_points(p[1], p[2], p[3]), turning_points(p[5], p[6], p[7])
-        for turn in (x_turns[0], x_turns[1], z_turns[0], z_turns[1]):
-            if 0 < turn < 1:
-                place = waiting
-                while ends[place - 1] < turn:
-                    ends[place] = ends[place - 1]
-                    place -= 1
-                ends[place] = turn
-                waiting += 1
-        begin = length = 0.0
-        knot[a, 0] = travelled[a, 0] = 0.0
-        while waiting > 0:
-            end = ends[waiting - 1]
-            middle = (begin + end) / 2
-            step = stretch(p, begin, end)
-            error = abs(step - stretch(p, begin, middle) - stretch(p, middle, end))
-            if error > _TOLERANCE * around and used + waiting < KNOTS:
-                ends[waiting] = middle
-                waiting += 1
-                continue
-            length += step
-            knot[a, used], travelled[a, used] = end, length
-            begin = end
-            used += 1
-            waiting -= 1
-        knot[a, used:], travelled[a, used:] = 1.0, length
-        parameter[a] = parameter_at(p, knot[a], travelled[a], max(along[a], 0.0))
+        measure_one(curve[a], knot[a], travelled[a])
+        parameter[a] = parameter_at(polynomial(curve[a]), knot[a], travelled[a], max(along[a], 0.0))
+
+
+@numba.njit(cache=True, nogil=True)
+def tabulate(curve: FloatArray, table: FloatArray) -> None:
+    """Fill in the tables (A, 2 KNOTS) of arc length of curves (A, 4, 2)."""
+    for a in range(len(curve)):
+        measure_one(curve[a], table[a, :KNOTS], table[a, KNOTS:])
+
+
+@numba.njit(cache=True, nogil=True)
+def locate(curve: FloatArray, table: FloatArray, along: FloatArray, parameter: FloatArray) -> None:
+    """Fill in the parameters (A,) of curves (A, 4, 2) with tables (A, 2 KNOTS) after (A,) metres."""
+    for a in range(len(curve)):
+        parameter[a] = parameter_at(polynomial(curve[a]), table[a, :KNOTS], table[a, KNOTS:], along[a])
 
 
 @numba.njit(cache=True, nogil=True)
@@ -371,61 +409,178 @@ def dodge(
 
 
 @numba.njit(cache=True, nogil=True)
-def advance(
-    curve: FloatArray,
-    knot: FloatArray,
-    travelled: FloatArray,
-    along: FloatArray,
-    parameter: FloatArray,
-    box: FloatArray,
-    distance: float,
-    building: IntArray,
-    run: FloatArray,
-) -> int:
-    """Let animals run until they are in the building where their curve ends, at its end, or far enough.
+def arrival(curve: FloatArray, table: FloatArray, along: float, box: FloatArray) -> tuple[int, float]:
+    """Where an animal arrives that runs on: in the building where its curve ends, or at its end.
 
-    What else stands in the way does not stop them.
+    What else stands in the way does not stop it.
 
     Args:
-        curve: (A, 4, 2) control points, metres.
-        knot: (A, KNOTS) parameters of the table of arc length.
-        travelled: (A, KNOTS) lengths up to them, metres.
-        along: (A,) metres run along the curve, below 0 for one that still waits at its start; brought up to
-            date for those still on the way.
-        parameter: (A,) the curve's parameter there; brought up to date likewise.
+        curve: (4, 2) control points, metres.
+        table: (2 KNOTS,) its table of arc length: parameters, then lengths.
+        along: how far it has run, metres; below 0 while it waits at the start.
         box: (N, 8) footprints from `boxes`.
-        distance: how far each animal runs, metres.
-        building: (A,) filled with the building entered, NOWHERE or RUNNING.
-        run: (A,) filled with how far those that arrive have run until then, metres.
 
     Returns:
-        How many have arrived.
+        The building, or NOWHERE; and how far along the curve that is, metres, not less than it has run.
     """
-    arrived = 0
-    for a in range(len(curve)):
-        target = along[a] + distance
-        building[a], run[a] = RUNNING, distance
-        if target < 0:
-            along[a] = target
-            continue
-        p = polynomial(curve[a])
-        end = parameter_at(p, knot[a], travelled[a], target)
-        aim = standing_at(curve[a, 3, 0], curve[a, 3, 1], box)
-        building[a], entry = first_building(p, parameter[a], end, box[max(aim, 0) : aim + 1])
-        if building[a] != NOWHERE:
-            building[a] = aim
-        if building[a] != NOWHERE:
-            begun = max(along[a], 0.0)
-            reached = length_at(p, knot[a], travelled[a], entry) if entry > parameter[a] else begun
-            run[a] = min(max(reached, begun) - along[a], distance)
-        elif target >= travelled[a, -1]:
-            run[a] = max(travelled[a, -1] - along[a], 0.0)
+    p = polynomial(curve)
+    knot, travelled = table[:KNOTS], table[KNOTS:]
+    begun = max(along, 0.0)
+    aim = standing_at(curve[3, 0], curve[3, 1], box)
+    if aim != NOWHERE:
+        now = parameter_at(p, knot, travelled, begun) if begun > 0 else 0.0
+        entry = footprint_entry(p, now, 1.0, box[aim])
+        if entry <= 1:
+            reached = length_at(p, knot, travelled, entry) if entry > now else begun
+            return aim, max(reached, begun)
+    return NOWHERE, max(travelled[-1], along)
+
+
+@numba.njit(cache=True, nogil=True)
+def foresee(
+    order: IntArray,
+    animal: FloatArray,
+    table: FloatArray,
+    clock: FloatArray,
+    box: FloatArray,
+) -> None:
+    """Find out when and where animals arrive if everything stays as it stands.
+
+    Args:
+        order: (C,) slots of those on their way in the order in which they were added, then of nobody.
+        animal: (C, ANIMAL) what is known of each, by slot; `DUE` and `INTO` are filled in.
+        table: (C, 2 KNOTS) tables of arc length.
+        clock: (CLOCKS,) the flock's clock; `NEXT` is brought up to date.
+        box: (N, 8) footprints from `boxes`.
+    """
+    now, pace = clock[NOW], clock[PACE]
+    clock[NEXT] = np.inf
+    for i in range(int(clock[RUNNERS])):
+        slot = order[i]
+        curve = animal[slot, CURVE:].reshape(4, 2)
+        along = pace * (now - animal[slot, ZERO])
+        into, reached = arrival(curve, table[slot], along, box)
+        animal[slot, INTO] = into
+        animal[slot, DUE] = max(animal[slot, ZERO] + reached / pace, now)
+        clock[NEXT] = min(clock[NEXT], animal[slot, DUE])
+
+
+@numba.njit(cache=True, nogil=True)
+def lanes_end(lane: FloatArray, table: FloatArray, box: FloatArray) -> None:
+    """Fill in where those who take lanes (n, L, LANE) with tables (n, L, 2 KNOTS) arrive, and after how many metres."""
+    for k in range(lane.shape[0]):
+        for i in range(lane.shape[1]):
+            into, reached = arrival(lane[k, i, 3:].reshape(4, 2), table[k, i], 0.0, box)
+            lane[k, i, 1], lane[k, i, 2] = into, reached
+
+
+@numba.njit(cache=True, nogil=True)
+def take_in(
+    order: IntArray,
+    animal: FloatArray,
+    clock: FloatArray,
+    end: float,
+    goal: IntArray,
+    into: IntArray,
+    due: FloatArray,
+) -> int:
+    """Take those off the table who arrive by the time `end`, and set the clock to it.
+
+    Args:
+        order: (C,) as in `foresee`; brought up to date.
+        animal: (C, ANIMAL) likewise.
+        clock: (CLOCKS,) likewise.
+        end: seconds.
+        goal: (C,) filled from the front with the label that each wanted to get to.
+        into: (C,) filled with the building, or NOWHERE.
+        due: (C,) filled with the time.
+
+    Returns:
+        How many, in the order of the flock.
+    """
+    clock[NOW] = end
+    if clock[NEXT] > end:
+        return 0
+    live, kept, gone = int(clock[RUNNERS]), 0, 0
+    freed = np.empty(live, dtype=np.int64)
+    clock[NEXT] = np.inf
+    for i in range(live):
+        slot = order[i]
+        if animal[slot, DUE] <= end:
+            goal[gone], into[gone], due[gone] = animal[slot, GOAL], animal[slot, INTO], animal[slot, DUE]
+            freed[gone] = slot
+            gone += 1
         else:
-            building[a] = RUNNING
-            along[a], parameter[a] = target, end
-            continue
-        arrived += 1
-    return arrived
+            order[kept] = slot
+            kept += 1
+            clock[NEXT] = min(clock[NEXT], animal[slot, DUE])
+    order[kept:live] = freed[:gone]
+    clock[RUNNERS] = kept
+    return gone
+
+
+@numba.njit(cache=True, nogil=True)
+def run(
+    order: IntArray,
+    animal: FloatArray,
+    table: FloatArray,
+    clock: FloatArray,
+    lane: FloatArray,
+    lane_table: FloatArray,
+    counts: IntArray,
+    end: float,
+) -> bool:
+    """Let the game's animals run until the time `end`: send out those that are due, count those that arrive.
+
+    The label in place k of n sends its j-th animal at (j + k / n) periods, on its lane j modulo the number of lanes.
+
+    Args:
+        order: (C,) as in `foresee`; brought up to date.
+        animal: (C, ANIMAL) likewise.
+        table: (C, 2 KNOTS) likewise.
+        clock: (CLOCKS,) likewise.
+        lane: (n, L, LANE) the lanes: label, building where it ends, length up to there, control points.
+        lane_table: (n, L, 2 KNOTS) their tables of arc length.
+        counts: (3, N) how many have got in, of these into another label's building, and have stranded, by label.
+        end: seconds.
+
+    Returns:
+        Whether all have been sent out; otherwise there was no room in the arrays, and nothing else happened.
+    """
+    n, lanes = lane.shape[:2]
+    while True:
+        sent = int(clock[SENT])
+        place, turn = sent % n, sent // n
+        leaves = (turn + place / n) * clock[PERIOD]
+        if not leaves < end:
+            break
+        live = int(clock[RUNNERS])
+        if live == len(order):
+            return False
+        slot = order[live]
+        own = lane[place, turn % lanes]
+        animal[slot, GOAL], animal[slot, INTO] = own[0], own[1]
+        animal[slot, ZERO], animal[slot, DUE] = leaves, leaves + own[2] / clock[PACE]
+        animal[slot, CURVE:] = own[3:]
+        table[slot] = lane_table[place, turn % lanes]
+        clock[NEXT] = min(clock[NEXT], animal[slot, DUE])
+        clock[RUNNERS], clock[SENT] = live + 1, sent + 1
+    if clock[NEXT] > end:
+        clock[NOW] = end
+        return True
+    room = len(order)
+    goal, into, due = np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64), np.empty(room)
+    for i in range(take_in(order, animal, clock, end, goal, into, due)):
+        label = goal[i]
+        if into[i] == NOWHERE:
+            counts[2, label] += 1
+            clock[ASTRAY] += 1
+        else:
+            counts[0, label] += 1
+            if into[i] != label:
+                counts[1, label] += 1
+                clock[ASTRAY] += 1
+    return True
 
 
 @numba.njit(cache=True, nogil=True)

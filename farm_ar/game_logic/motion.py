@@ -22,6 +22,9 @@ class Motion:
     def __add__(self, other: Motion) -> Motion:
         return Motion(self.metres + other.metres, self.radians + other.radians)
 
+    def __sub__(self, other: Motion) -> Motion:
+        return Motion(self.metres - other.metres, self.radians - other.radians)
+
     def effort(self, diagonal: float) -> float:
         """Metres as a share of a scene's diagonal, plus radians as a share of half a turn."""
         return self.metres / diagonal + self.radians / float(np.pi)

@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from farm_ar.arrays import FloatArray, IntArray
-from farm_ar.geometry import in_vertical_view, in_view
+from farm_ar.arrays import IntArray
+from farm_ar.game_logic import sight
+from farm_ar.game_logic.hand import HandState
+from farm_ar.game_logic.moment import Moment
 from farm_ar.scenes import PERFECT, Camera, Detector, Layout, Snapshot, observe_many
-
-ARM_HEIGHT_M = 0.06
-"""Height of hand and forearm above the table."""
-
-ARM_POINTS = 48
-"""Points along each side of the forearm that are looked for."""
-
-ARM_HALF_WIDTH_M = 0.03
-
-_ALONG = np.linspace(0.0, 1.0, ARM_POINTS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,12 +37,27 @@ class Perception(Protocol):
         ...
 
 
+@dataclass(frozen=True, eq=False)
+class HandView:
+    """What a hand detector gets to look at: one moment, through the headset's camera.
+
+    Args:
+        camera: the headset's camera.
+        hand: the true hand, for oracles; None while there is none.
+        moment: gives all there is to see, for detectors that look at a picture of it.
+    """
+
+    camera: Camera
+    hand: HandState | None
+    moment: Callable[[], Moment]
+
+
 @runtime_checkable
 class HandDetector(Protocol):
     """Anything that says whether the player's hand is in view."""
 
-    def sees_hand(self, hand: FloatArray, camera: Camera) -> bool:
-        """Whether a hand at (2,) metres, or its forearm, is in the camera's view."""
+    def sees_hand(self, view: HandView) -> bool:
+        """Whether a hand, or its forearm, is in the camera's view."""
         ...
 
 
@@ -70,30 +78,13 @@ class OraclePerception:
         return Perceived(batch.snapshot(0), batch.truth[0, : batch.count[0]])
 
 
-def forearm(hand: FloatArray, reach_from: float = -0.45) -> FloatArray:
-    """(P, 2) points of hand and forearm: both sides of it, from the hand, (2,), to the elbow.
-
-    The elbow is at the player's side, at z = `reach_from` metres or where the hand is, if that is nearer.
-    """
-    far = hand[1] + ARM_HALF_WIDTH_M
-    points = np.empty((2 * ARM_POINTS, 2))
-    points[:ARM_POINTS, 0] = hand[0] - ARM_HALF_WIDTH_M
-    points[ARM_POINTS:, 0] = hand[0] + ARM_HALF_WIDTH_M
-    points[:ARM_POINTS, 1] = points[ARM_POINTS:, 1] = far + _ALONG * (min(reach_from, hand[1]) - far)
-    return points
-
-
 @dataclass(frozen=True)
 class GeometricHandDetector:
-    """Sees the hand when any part of hand or forearm is inside the camera's view volume."""
+    """Sees the hand when any part of hand or forearm is inside the camera's view volume; an oracle."""
 
-    def sees_hand(self, hand: FloatArray, camera: Camera) -> bool:
-        """Whether a hand at (2,) metres, or its forearm, is in the camera's view."""
-        points, fov = forearm(np.asarray(hand, dtype=np.float64)), camera.fov
-        seen = in_view(points, camera.position, camera.yaw, fov.left, fov.right, fov.range_m)
-        if fov.up is not None and fov.down is not None and camera.height is not None:
-            x, z = points.T
-            raised = np.stack([x, np.full(len(points), ARM_HEIGHT_M), z], axis=-1)
-            eye = np.array([camera.position[0], float(camera.height), camera.position[1]])
-            seen = seen & in_vertical_view(raised, eye, camera.yaw, camera.pitch, fov.up, fov.down)
-        return bool(seen.any())
+    def sees_hand(self, view: HandView) -> bool:
+        """Whether the true hand, or its forearm, is in the camera's view."""
+        if view.hand is None:
+            return False
+        x, z = view.hand.position.tolist()
+        return bool(sight.arm_in_sight(sight.eye_of(view.camera), x, z))

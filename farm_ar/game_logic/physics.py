@@ -6,14 +6,17 @@ pixels, and in metres its slop alone would let buildings stand 10 cm inside each
 
 from __future__ import annotations
 
+import weakref
+
 import numpy as np
-import pymunk
-from pymunk.batch import BodyFields, Buffer, get_space_bodies
+from pymunk._chipmunk_cffi import ffi, lib
 
 from farm_ar.arrays import BoolArray, FloatArray
+from farm_ar.game_logic import plane_kernels as kernels
+from farm_ar.game_logic.chipmunk import address
+from farm_ar.game_logic.plane_kernels import HAND_RADIUS, TICK, Addresses
 
-TICK = 1 / 60
-"""Length of a tick, seconds."""
+__all__ = ["TICK", "Plane"]
 
 SKIN = 0.001
 """How far a building's solid surface stands out from its footprint, metres: what sinks in, sinks in here."""
@@ -24,7 +27,10 @@ FRICTION = 0.3
 MOVABLE, FIXED, EDGE, HAND = 0b0001, 0b0010, 0b0100, 0b1000
 """Collision categories. A hand reaches over the edges."""
 
+ANYTHING = 0xFFFFFFFF
+
 _MASS = 1.0
+_HAND_MASS, _HAND_MOMENT = 0.5, 9e-4
 _EDGE_WIDTH = 0.5  # wider than anything moves in a step
 
 # The table's friction: the share of its velocity that a sliding building keeps after a second. One let go at
@@ -34,20 +40,12 @@ _ITERATIONS = 20  # with 10, what is forced into a gap as wide as itself now and
 _SLOP = 2e-4
 _BIAS = 0.7**60  # 30% of an overlap is undone in each tick
 
-# At rest: from the sixth tick after the last touch on, nothing gets on by more than 3 mm/s, or 30 mrad/s, in
-# three ticks. Places are compared because what pushes overlapping buildings apart does not show in their
-# velocities, over three ticks because a wedged building trembles.
-_WINDOW = 3
-_STILL = np.array([3e-3, 3e-3, 3e-2]) * _WINDOW * TICK
-
-_POSE = BodyFields.POSITION | BodyFields.ANGLE
-_VELOCITY = BodyFields.VELOCITY | BodyFields.ANGULAR_VELOCITY
-
 
 class Plane:
-    """Boxes on a plane without gravity, where whatever slides comes to rest.
+    """Boxes on a plane without gravity, where whatever slides comes to rest, and a hand that is not there yet.
 
-    Everything is made in the order of the arguments, so that the same calls give the same bytes.
+    Everything is made in the order of the arguments, so that the same calls give the same bytes. The objects are
+    Chipmunk's own, made through pymunk's C functions: pymunk's Python objects take twenty times as long to make.
 
     Args:
         position: (N, 2) centres of the boxes, metres.
@@ -57,9 +55,9 @@ class Plane:
         extent: width and depth of the plane [0, width] x [0, depth], metres.
 
     Attributes:
-        space: pymunk's space.
-        bodies: the bodies of the boxes, in their order.
-        still: whether everything is at rest; time passes then without an effect.
+        handle: addresses of Chipmunk's objects, as `plane_kernels` wants them.
+        state: numbers that change, likewise.
+        box: (N, `COLUMNS`) the boxes, likewise.
     """
 
     def __init__(
@@ -70,93 +68,84 @@ class Plane:
         fixed: BoolArray,
         extent: tuple[float, float],
     ) -> None:
-        self.space = pymunk.Space()
-        self.space.damping = _DAMPING
-        self.space.iterations = _ITERATIONS
-        self.space.collision_slop = _SLOP
-        self.space.collision_bias = _BIAS
-        self.bodies: list[pymunk.Body] = []
-        self._shapes: list[pymunk.Shape] = []
-        boxes = zip(position.tolist(), angle.tolist(), size.tolist(), fixed.tolist(), strict=True)
-        for (x, z), turned, (width, _, depth), immovable in boxes:
-            self._add_box((x, z), turned, (width, depth), immovable)
-        self._add_edges(*extent)
-        self._index = {shape: i for i, shape in enumerate(self._shapes)}
-        self._movers = [body for body, still in zip(self.bodies, fixed, strict=True) if not still]
-        self._buffer = Buffer()
-        self._before = self.read()
-        self._quiet = 0
-        self.still = False
+        self.handle: Addresses = np.zeros(kernels.FIRST + len(angle), dtype=np.int64)
+        self.state = np.zeros(kernels.STATES)
+        self.state[[kernels.WIDTH, kernels.DEPTH, kernels.GRIPPED]] = *extent, -1.0
+        self.box = np.zeros((len(angle), kernels.COLUMNS))
+        self.box[:, kernels.BOX_X : kernels.BOX_Z + 1], self.box[:, kernels.BOX_ANGLE] = position, angle
+        self.box[:, kernels.HALF_WIDTH], self.box[:, kernels.HALF_DEPTH] = size[:, 0] / 2, size[:, 2] / 2
+        self.box[:, kernels.MOVABLE] = ~fixed
+        self.box[:, kernels.OLD_X : kernels.OLD_ANGLE + 1] = self.box[:, : kernels.BOX_ANGLE + 1]
+        self._parts = _Parts()
+        self._fill()
+        self.handle[: len(self._parts.handle)] = self._parts.handle
+        weakref.finalize(self, _free, self.handle, self._parts).atexit = False
 
-    def _add_box(
-        self, place: tuple[float, float], angle: float, footprint: tuple[float, float], fixed: bool
-    ) -> None:
-        if fixed:
-            body = pymunk.Body(body_type=pymunk.Body.STATIC)
+    def _fill(self) -> None:
+        make, width, depth = self._parts, self.state[kernels.WIDTH], self.state[kernels.DEPTH]
+        for row in self.box.tolist():
+            make.box(
+                *row[:3], 2 * row[kernels.HALF_WIDTH], 2 * row[kernels.HALF_DEPTH], bool(row[kernels.MOVABLE])
+            )
+        make.edges(float(width), float(depth))
+
+
+class _Parts:
+    """Chipmunk's objects of one plane, to be freed together."""
+
+    def __init__(self) -> None:
+        self.space = lib.cpSpaceNew()
+        lib.cpSpaceSetDamping(self.space, _DAMPING)
+        lib.cpSpaceSetIterations(self.space, _ITERATIONS)
+        lib.cpSpaceSetCollisionSlop(self.space, _SLOP)
+        lib.cpSpaceSetCollisionBias(self.space, _BIAS)
+        arm, disc = lib.cpBodyNewKinematic(), lib.cpBodyNew(_HAND_MASS, _HAND_MOMENT)
+        around = lib.cpCircleShapeNew(disc, HAND_RADIUS, (0.0, 0.0))
+        lib.cpShapeSetFriction(around, FRICTION)
+        lib.cpShapeSetFilter(around, (0, HAND, MOVABLE | FIXED))
+        self.bodies, self.shapes = [arm, disc], [around]
+        self.handle = [address(thing) for thing in (self.space, arm, disc, around)] + [0, 0, 0]
+
+    def box(self, x: float, z: float, angle: float, width: float, depth: float, moves: bool) -> None:
+        """One box."""
+        if moves:
+            body = lib.cpBodyNew(_MASS, lib.cpMomentForBox(_MASS, width, depth))
         else:
-            body = pymunk.Body(_MASS, pymunk.moment_for_box(_MASS, footprint))
-        body.position, body.angle = place, angle
-        shape = pymunk.Poly.create_box(body, footprint, SKIN)
-        shape.friction = FRICTION
-        shape.filter = pymunk.ShapeFilter(categories=FIXED if fixed else MOVABLE)
-        self.space.add(body, shape)
+            body = lib.cpBodyNewStatic()
+        lib.cpBodySetPosition(body, (x, z))
+        lib.cpBodySetAngle(body, angle)
+        shape = lib.cpBoxShapeNew(body, width, depth, SKIN)
+        lib.cpShapeSetFriction(shape, FRICTION)
+        lib.cpShapeSetFilter(shape, (0, MOVABLE if moves else FIXED, ANYTHING))
+        lib.cpSpaceAddBody(self.space, body)
+        lib.cpSpaceAddShape(self.space, shape)
         self.bodies.append(body)
-        self._shapes.append(shape)
+        self.shapes.append(shape)
+        self.handle.append(address(body))
 
-    def _add_edges(self, width: float, depth: float) -> None:
+    def edges(self, width: float, depth: float) -> None:
+        """The edges of the plane [0, width] x [0, depth]."""
         left, right = -_EDGE_WIDTH, width + _EDGE_WIDTH
         near, far = -_EDGE_WIDTH, depth + _EDGE_WIDTH
         sides = (left, near, 0.0, far), (width, near, right, far)
         ends = (left, near, right, 0.0), (left, depth, right, far)
+        everywhere = lib.cpSpaceGetStaticBody(self.space)
         for x0, z0, x1, z1 in sides + ends:
-            edge = pymunk.Poly(self.space.static_body, [(x0, z0), (x1, z0), (x1, z1), (x0, z1)])
-            edge.friction = FRICTION
-            edge.filter = pymunk.ShapeFilter(categories=EDGE, mask=MOVABLE)
-            self.space.add(edge)
+            corners = ffi.new("struct cpVect[4]", [(x0, z0), (x1, z0), (x1, z1), (x0, z1)])
+            edge = lib.cpPolyShapeNewRaw(everywhere, 4, corners, 0.0)
+            lib.cpShapeSetFriction(edge, FRICTION)
+            lib.cpShapeSetFilter(edge, (0, EDGE, MOVABLE))
+            lib.cpSpaceAddShape(self.space, edge)
+            self.shapes.append(edge)
 
-    def wake(self) -> None:
-        """Something was touched."""
-        self.still, self._quiet = False, 0
 
-    def advance(self, ticks: int, steps: int, driven: bool) -> None:
-        """Let ticks pass, each in a number of steps; driven means that something is moved all the while."""
-        if driven:
-            self.wake()
-        step, seconds = self.space.step, TICK / steps
-        for _ in range(ticks):
-            if self.still:
-                return
-            for _ in range(steps):
-                step(seconds)
-            if not driven:
-                self._come_to_rest()
-
-    def _come_to_rest(self) -> None:
-        self._quiet += 1
-        if self._quiet % _WINDOW:
-            return
-        before, self._before = self._before, self.read()
-        if self._quiet > _WINDOW and (np.abs(self._before - before) <= _STILL).all():
-            self.still = True
-            for i in np.flatnonzero(self._fetch(_VELOCITY).any(axis=1)).tolist():
-                self._movers[i].velocity, self._movers[i].angular_velocity = (0.0, 0.0), 0.0
-
-    def read(self) -> FloatArray:
-        """(M, 3) x and z, metres, and angle, radians, of the M boxes that can be moved."""
-        return self._fetch(_POSE)
-
-    def _fetch(self, fields: BodyFields) -> FloatArray:
-        """(M, 3) values of the movable boxes, read together; one by one they take ten times as long."""
-        self._buffer.clear()
-        get_space_bodies(self.space, fields, self._buffer)
-        # The boxes that move come first: they were added first, and hands come and go behind them.
-        return np.frombuffer(bytes(self._buffer.float_buf())).reshape(-1, 3)[: len(self._movers)]
-
-    def distance(self, index: int, x: float, z: float) -> float:
-        """From a point to a box's footprint, metres; negative inside."""
-        return self._shapes[index].point_query((x, z)).distance + SKIN
-
-    def nearest(self, x: float, z: float, reach: float, categories: int) -> int | None:
-        """The box nearest to a point among those of some categories, None if none is within reach."""
-        found = self.space.point_query_nearest((x, z), reach - SKIN, pymunk.ShapeFilter(mask=categories))
-        return None if found is None or found.shape is None else self._index[found.shape]
+def _free(handle: Addresses, parts: _Parts) -> None:
+    """Free a plane's objects: the space first, which still looks at its bodies."""
+    lib.cpSpaceFree(parts.space)
+    for joint in handle[[kernels.PULL, kernels.TWIST]].tolist():
+        if joint:
+            lib.cpConstraintFree(ffi.cast("struct cpConstraint *", joint))
+    for shape in parts.shapes:
+        lib.cpShapeFree(shape)
+    for body in parts.bodies:
+        lib.cpBodyFree(body)

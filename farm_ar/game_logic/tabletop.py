@@ -3,33 +3,52 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from math import hypot
+from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray
 from farm_ar.errors import SceneError
+from farm_ar.game_logic import plane_kernels as kernels
 from farm_ar.game_logic.carrying import CARRY_SPEED, Carry, carry
-from farm_ar.game_logic.guiding import drag, glide
-from farm_ar.game_logic.hand import HAND_RADIUS, MAX_HAND_SPEED, MAX_TWIST, Hand, HandState
+from farm_ar.game_logic.hand import HandState
+from farm_ar.game_logic.motion import Motion
 from farm_ar.game_logic.overlaps import deepest_overlap
-from farm_ar.game_logic.physics import FIXED, MOVABLE, TICK, Plane
+from farm_ar.game_logic.physics import Plane
+from farm_ar.game_logic.plane_kernels import HAND_ROOM
+from farm_ar.game_logic.steering import REACH
 from farm_ar.geometry import footprint_corners, from_pymunk, to_pymunk, wrap
 from farm_ar.scenes import Layout
+
+__all__ = ["HAND_ROOM", "REACH", "Most", "Pair", "Tabletop"]
 
 Pair = Sequence[float] | FloatArray
 """An x and a z."""
 
-REACH = 0.06
-"""How far from a footprint the middle of a hand may be and still take hold of the building, metres."""
 
-HAND_ROOM = 0.5
-"""How far beyond the table a hand may go, metres."""
+_LONG = 1_000_000
 
-# Steps of the simulation in a tick. A hand faster than `_FAST`, metres a second, moves too far in a whole
-# tick for clean bumps. A guided hand presses, and with fewer steps it now and then wedges a building in.
-_FAST = 0.75
-_SLOW_STEPS, _FAST_STEPS, _GUIDED_STEPS = 1, 2, 3
+
+@dataclass(frozen=True)
+class Most:
+    """How much all buildings together may be moved.
+
+    Args:
+        metres: summed.
+        radians: summed.
+        effort: metres as a share of `diagonal`, plus radians as a share of half a turn.
+        diagonal: of the scene, metres.
+    """
+
+    metres: float = inf
+    radians: float = inf
+    effort: float = inf
+    diagonal: float = 1.0
+
+    def as_row(self) -> tuple[float, float, float, float]:
+        """The four, in that order."""
+        return self.metres, self.radians, self.effort, self.diagonal
 
 
 class Tabletop:
@@ -45,7 +64,7 @@ class Tabletop:
 
     Attributes:
         size: the size of the table.
-        ticks: how many ticks have passed.
+        arrays: the plane's, for compiled kernels.
 
     Raises:
         SceneError: the layout is a batch.
@@ -55,15 +74,18 @@ class Tabletop:
         if layout.batch_shape:
             raise SceneError("layout", "must be a single arrangement", layout.batch_shape)
         self.size = (float(size[0]), float(size[1]))
-        self.ticks = 0
         self._layout = layout.with_poses(layout.position, wrap(layout.yaw))
         self._poses = (self._layout.position, self._layout.yaw)
-        self._stale = False
         self._plane = Plane(*to_pymunk(*self._poses), layout.size, layout.fixed, self.size)
+        self._plane.box[:, kernels.ELEVATION] = layout.elevation
+        self.arrays = (self._plane.handle, self._plane.state, self._plane.box)
+        self._read = 0.0
         self._moving = np.flatnonzero(layout.movable)
-        self._hand: Hand | None = None
-        self._gripped: int | None = None
-        self._goes_low = False
+
+    @property
+    def ticks(self) -> int:
+        """How many ticks have passed."""
+        return int(self._plane.state[kernels.TICKS])
 
     @property
     def layout(self) -> Layout:
@@ -81,33 +103,43 @@ class Tabletop:
 
     def poses(self) -> tuple[FloatArray, FloatArray]:
         """Positions (N, 2) in metres and yaws (N,) in [-pi, pi) now, in the layout's order; read-only."""
-        if self._stale:
-            state = self._plane.read()
-            place, heading = from_pymunk(state[:, :2], state[:, 2])
-            if (
-                np.maximum.reduce(np.abs(heading), initial=0.0) >= np.pi
-            ):  # wrap takes longer than all the rest
-                heading = wrap(heading)
+        changes = self._plane.state[kernels.CHANGES]
+        if changes != self._read:
+            box = self._plane.box[self._moving]
+            place, heading = from_pymunk(box[:, : kernels.BOX_Z + 1], box[:, kernels.BOX_ANGLE])
             position, yaw = self._layout.position.copy(), self._layout.yaw.copy()
-            position[self._moving], yaw[self._moving] = place, heading
+            position[self._moving], yaw[self._moving] = place, wrap(heading)
             position.flags.writeable = yaw.flags.writeable = False
-            self._poses, self._stale = (position, yaw), False
+            self._poses, self._read = (position, yaw), changes
         return self._poses
+
+    @property
+    def moved(self) -> Motion:
+        """How far all buildings together have been moved and turned so far, by the ways they went."""
+        state = self._plane.state
+        return Motion(float(state[kernels.METRES]), float(state[kernels.RADIANS]))
 
     @property
     def still(self) -> bool:
         """Whether everything has come to rest; a new tabletop has to show it first."""
-        return self._plane.still
+        return bool(self._plane.state[kernels.STILL])
 
     @property
     def hand(self) -> HandState | None:
         """The hand as it is now, None while there is none."""
-        hand = self._hand
-        if hand is None:
+        handle, state, _ = self.arrays
+        if not state[kernels.PRESENT]:
             return None
-        x, z, angle = hand.pose
-        yaw = -angle if abs(angle) < np.pi else float(wrap(-angle))
-        return HandState(np.array([x, z]), yaw, np.array(hand.velocity), self._gripped, hand.raised)
+        values = np.empty(6)
+        kernels.look_at_hand(handle, state, values)
+        gripped = int(state[kernels.GRIPPED])
+        return HandState(
+            values[:2],
+            float(kernels.yaw_of(values[2])),
+            values[3:5],
+            None if gripped < 0 else gripped,
+            bool(state[kernels.RAISED]),
+        )
 
     def bring_hand(self, position: Pair, raised: bool = False) -> None:
         """Put the hand in, in place of one that may be there.
@@ -117,22 +149,18 @@ class Tabletop:
             raised: whether it stays above the buildings. Otherwise it goes down, where it bumps into them, as
                 soon as there is room for it.
         """
-        self.remove_hand()
-        x, z = np.clip(position, -HAND_ROOM, np.add(self.size, HAND_ROOM)).tolist()
-        self._hand = Hand(self._plane.space, x, z)
-        self._goes_low = not raised
+        handle, state, _ = self.arrays
+        kernels.bring_hand(handle, state, float(position[0]), float(position[1]), raised)
 
     def raise_hand(self) -> None:
         """Let go, and stay above the buildings from now on."""
-        self.release()
-        self._goes_low = False
-        if self._hand is not None:
-            self._hand.lift()
+        handle, state, _ = self.arrays
+        kernels.raise_hand(handle, state)
 
     def remove_hand(self) -> None:
         """Let go, and take the hand out."""
         self.raise_hand()
-        self._hand = None
+        self._plane.state[kernels.PRESENT] = 0.0
 
     def grip(self, index: int) -> bool:
         """Take hold of a building whose footprint is within `REACH` of the middle of the hand.
@@ -142,21 +170,14 @@ class Tabletop:
         Returns:
             Whether the hand holds this building now.
         """
-        hand = self._hand
-        if hand is not None and self._gripped is None and self.movable[index]:
-            x, z, _ = hand.pose
-            if self._plane.distance(index, x, z) <= REACH:
-                hand.grip(self._plane.bodies[index])
-                self._gripped = index
-                self._plane.wake()
-        return self._gripped is not None and self._gripped == index
+        kernels.grip(*self.arrays, index, REACH)
+        return bool(self._plane.state[kernels.GRIPPED] == index)
 
     def release(self) -> None:
         """Let go of what the hand holds. The hand hovers until there is room for it on the table."""
-        if self._hand is not None and self._gripped is not None:
-            self._hand.lift()
-            self._gripped = None
-            self._plane.wake()
+        handle, state, _ = self.arrays
+        if state[kernels.GRIPPED] >= 0:
+            kernels.lift(handle, state)
 
     def tick(self, velocity: Pair = (0.0, 0.0), twist: float = 0.0, count: int = 1) -> None:
         """Let 1/60 s pass, or a number of such ticks, while the hand is moved.
@@ -166,26 +187,7 @@ class Tabletop:
             twist: rate of turn of the hand, clockwise, radians a second; at most `MAX_TWIST` either way.
             count: how many ticks.
         """
-        vx, vz = float(velocity[0]), float(velocity[1])
-        speed = hypot(vx, vz)
-        if speed > MAX_HAND_SPEED:
-            vx, vz = vx * MAX_HAND_SPEED / speed, vz * MAX_HAND_SPEED / speed
-        spin = -min(max(float(twist), -MAX_TWIST), MAX_TWIST)
-        hand = self._hand
-        if hand is not None and self._gripped is None:
-            x, z, _ = hand.pose
-            vx = _held_back(x, vx, self.size[0], count * TICK)
-            vz = _held_back(z, vz, self.size[1], count * TICK)
-            if (
-                hand.raised
-                and self._goes_low
-                and self._plane.nearest(x, z, HAND_RADIUS, MOVABLE | FIXED) is None
-            ):
-                hand.lower()
-        if hand is not None:
-            hand.steer(vx, vz, spin)
-            hand.hover(count * TICK)
-        self._let_pass(count, _FAST_STEPS if speed > _FAST else _SLOW_STEPS)
+        kernels.tick(*self.arrays, float(velocity[0]), float(velocity[1]), -float(twist), count)
 
     def settle(self, max_ticks: int = 600, record: Callable[[Tabletop], None] | None = None) -> int:
         """Let time pass, with the hand held where it is, until everything is at rest.
@@ -194,12 +196,11 @@ class Tabletop:
             How many ticks it took; `max_ticks` also where they were not enough.
         """
         start = self.ticks
-        while not self._plane.still and self.ticks - start < max_ticks:
-            if self._hand is not None:
-                self._hand.steer(0.0, 0.0, 0.0)
-            self._let_pass(1, _GUIDED_STEPS)
-            if record is not None:
-                record(self)
+        if record is None:
+            kernels.settle(*self.arrays, max_ticks)
+        while record is not None and not self.still and self.ticks - start < max_ticks:
+            kernels.settle(*self.arrays, 1)
+            record(self)
         return self.ticks - start
 
     def guide_hand(
@@ -208,6 +209,7 @@ class Tabletop:
         turn: float,
         speed: float,
         record: Callable[[Tabletop], None] | None = None,
+        most: Most | None = None,
     ) -> None:
         """Move the hand on a straight line, smoothly from rest to rest, with whatever it holds.
 
@@ -218,24 +220,19 @@ class Tabletop:
             turn: how far it turns on the way, clockwise, radians.
             speed: its highest speed on the way, metres a second.
             record: called after every tick.
+            most: how much the buildings may be moved meanwhile. The hand stops before it is more.
         """
-        hand = self._hand
-        if hand is None:
+        handle, state, box = self.arrays
+        if not state[kernels.PRESENT]:
             return
-
-        def let_pass(ticks: int) -> None:
-            if record is None:
-                self._let_pass(ticks, _GUIDED_STEPS)
-                return
-            for _ in range(ticks):
-                self._let_pass(1, _GUIDED_STEPS)
+        way = np.empty(kernels.WAYS)
+        kernels.plan(handle, state, way, float(position[0]), float(position[1]), float(turn), float(speed))
+        if most is not None:
+            way[kernels.LIMIT_METRES : kernels.DIAGONAL + 1] = most.as_row()
+        while not way[kernels.WAY_DONE]:
+            kernels.guide(handle, state, box, way, _LONG if record is None else 1)
+            if record is not None:
                 record(self)
-
-        goal = float(position[0]), float(position[1]), hand.pose[2] - turn
-        if hand.raised:
-            glide(hand, goal, speed, let_pass, watched=record is not None)
-        else:
-            drag(hand, goal, speed, let_pass, delay=TICK / _GUIDED_STEPS)
 
     def carry(
         self,
@@ -246,6 +243,7 @@ class Tabletop:
         *,
         speed: float = CARRY_SPEED,
         leave: bool = True,
+        most: Most | None = None,
     ) -> Carry:
         """Carry a building to a pose with the hand: reach over, grip, drag, let go, leave; then all settles.
 
@@ -258,11 +256,12 @@ class Tabletop:
             record: called after every tick.
             speed: highest speed of the drag, metres a second.
             leave: whether the hand goes out afterwards; otherwise it stays above the place.
+            most: how much the buildings may be moved meanwhile. The hand stops before it is more.
 
         Returns:
             What became of it.
         """
-        return carry(self, index, position, yaw, record, speed, leave)
+        return carry(self, index, position, yaw, record, speed, leave, most)
 
     def find_building(self, point: Pair, reach: float = REACH) -> int | None:
         """Index of the movable building whose footprint is nearest to a point, None if none is within reach.
@@ -271,7 +270,8 @@ class Tabletop:
             point: (2,) metres.
             reach: how far at most, metres.
         """
-        return self._plane.nearest(float(point[0]), float(point[1]), reach, MOVABLE)
+        found = int(kernels.nearest(self._plane.box, float(point[0]), float(point[1]), float(reach), False))
+        return None if found < 0 else found
 
     def on_table(self, tolerance: float = 0.0) -> BoolArray:
         """(N,) whether each footprint lies on the table, or at most `tolerance` metres beyond its edge."""
@@ -284,17 +284,3 @@ class Tabletop:
     def overlap(self) -> float:
         """How deep the deepest two footprints stand inside each other now, metres."""
         return deepest_overlap(*self.poses(), self._layout.size)
-
-    def _let_pass(self, ticks: int, steps: int) -> None:
-        """Let ticks pass, each in a number of steps, while the hand moves as it was steered."""
-        self.ticks += ticks
-        driven = self._hand is not None and self._hand.drives
-        if driven or not self._plane.still:
-            self._plane.advance(ticks, steps, driven)
-            self._stale = True
-
-
-def _held_back(place: float, velocity: float, extent: float, seconds: float) -> float:
-    """The velocity along one axis that takes a hand no farther than `HAND_ROOM` beyond the table."""
-    lowest, highest = (-HAND_ROOM - place) / seconds, (extent + HAND_ROOM - place) / seconds
-    return min(max(velocity, lowest), highest)

@@ -44,7 +44,20 @@ def test_help_names_every_command_and_loads_nothing_heavy():
     assert result.returncode == 0
     assert all(
         f"\n  {command} " in result.stdout
-        for command in ("demo", "identify", "play-script", "replay", "reproduce", "scenes", "sweeps")
+        for command in (
+            *(
+                "demo",
+                "design",
+                "evaluate",
+                "identify",
+                "play",
+                "play-script",
+                "replay",
+                "reproduce",
+                "scenes",
+            ),
+            *("stress", "stress-replay", "sweeps", "train", "watch"),
+        )
     )
     assert result.stdout.endswith("loaded:\n")
 

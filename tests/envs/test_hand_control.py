@@ -50,7 +50,7 @@ def phases(infos):
 
 
 def hand_is_seen(env):
-    return env.world.hand_detector.sees_hand(env.world.tabletop.hand.position, env.world.camera)
+    return env.world.sees_hand()
 
 
 def test_the_visit_begins_when_the_hand_comes_into_view(env, drive):

@@ -188,12 +188,12 @@ def test_pixels_show_what_moves():
 def test_pixels_of_a_black_box_do_not_depend_on_what_is_believed():
     def looks(knowledge):
         env, *_ = pixels(knowledge=knowledge)
-        picture = env._observe()
+        picture = env.observe()
         belief, seen = env.world.tracker.belief, env.world.truth
         labels = [seen.labels[i] for i in (1, 0, 3, 2)]
         four = Detections(seen.category[:4], seen.position[:4], seen.yaw[:4], seen.size[:4])
         belief.read(labels, four, [0, 1, 2, 3])
-        return picture, env._observe()
+        return picture, env.observe()
 
     before, after = looks("black-box")
     np.testing.assert_array_equal(before, after)

@@ -128,3 +128,16 @@ def test_rewards_of_an_episode_add_up_to_its_harm_less_its_effort(reward):
     }
     assert effort > 0.1
     assert total == pytest.approx(harm[reward] - 0.25 * effort)
+
+
+def test_a_helper_is_paid_for_making_the_table_clearer(plain, offsets):
+    # To be taken for each other the pair would have to make up 10 + 10 cm before, 12.5 + 12.5 cm after.
+    before, after = (2 * (1 - margin / 0.3) / 2 for margin in (0.2, 0.25))
+    for sign in (1, -1):
+        env = plain(reward="clutter", sign=sign)
+        env.reset(seed=0)
+        assert env.view.clutter == pytest.approx(before)
+        _, reward, *_, info = env.step(offsets((-0.025, 0)))
+        assert info["wrong_labels"] == 0
+        assert env.view.clutter == pytest.approx(after)
+        assert reward == pytest.approx(sign * 0.5 * (after - before) - 0.25 * 0.025)

@@ -136,7 +136,7 @@ def test_steering_begins_a_visit_when_the_hand_comes_into_view_and_ends_it_half_
     for _ in range(300):
         _, sighting = game.tick(np.array([0.3, -1.4]), 0.0, False)
         hand = game.tabletop.hand
-        if hand is not None and not game.hand_detector.sees_hand(hand.position, game.camera):
+        if hand is not None and not game.sees_hand():
             ticks_away += 1
         if sighting is not None:
             break
@@ -242,7 +242,7 @@ class Blind:
 
     seen = False
 
-    def sees_hand(self, hand, camera):
+    def sees_hand(self, view):
         return self.seen
 
 

@@ -194,15 +194,13 @@ def test_compiled_kernels_and_plain_python_agree(rng: np.random.Generator) -> No
     box = np.concatenate([one_box(0.3, 0.2, 0.4), one_box(0.1, 0.5, -2.0) + 0.3])
     curve[:10, 3], curve[10:20, 3] = box[0, :2], box[1, :2]
     knot, travelled = tables(curve)
+    table = np.concatenate([knot, travelled], axis=1)
+    along = np.where(np.arange(40) % 2, 0.1, -0.01)
     results = []
-    for advance in (COMPILED["advance"], kernels.advance):
-        along, parameter = np.full(40, -0.01), np.zeros(40)
-        building, run = np.empty(40, dtype=np.int64), np.empty(40)
-        count = advance(curve, knot, travelled, along, parameter, box, 1.4, building, run)
-        results.append((count, along, parameter, building, run))
-    assert set(results[0][3]) == {kernels.RUNNING, kernels.NOWHERE, 0, 1}
-    for compiled, plain in zip(*results, strict=True):
-        np.testing.assert_allclose(compiled, plain, rtol=0, atol=1e-13)
+    for arrival in (COMPILED["arrival"], kernels.arrival):
+        results.append(np.array([arrival(*given, box) for given in zip(curve, table, along, strict=True)]))
+    assert set(results[0][:, 0]) == {kernels.NOWHERE, 0, 1}
+    np.testing.assert_allclose(*results, rtol=0, atol=1e-13)
 
 
 def test_compiled_and_plain_dodging_agree(rng: np.random.Generator) -> None:

@@ -1,0 +1,62 @@
+"""Makes an adversary that comes with farm-ar of a run, and the picture of its learning curve.
+
+python docs/make_adversary.py runs/displacement-0 farm-displacement
+"""
+
+import sys
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+import farm_ar
+from farm_ar.agents.training.run_folder import BEST, RunFolder, read_table
+from farm_ar.agents.training.trained_player import load_player, save_weights
+from farm_ar.drawing import save_picture
+
+MODELS = Path(farm_ar.__file__).parent / "agents" / "training" / "models"
+IMAGES = Path(__file__).parent / "images"
+
+
+def curve(run: Path, name: str) -> Figure:
+    """Mean return while learning, and of the evaluations, against steps."""
+    folder = RunFolder(run)
+    training, evaluations = read_table(run / "training.csv"), read_table(run / "evaluations.csv")
+    figure = Figure(figsize=(6.4, 3.4))
+    axes = figure.subplots()
+    steps = [row["steps"] / 1000 for row in training]
+    axes.plot(steps, [row["mean_return"] for row in training], color="#9aa5b1", label="while learning")
+    steps = [row["steps"] / 1000 for row in evaluations]
+    means = [row["mean_return"] for row in evaluations]
+    axes.plot(steps, means, "o-", color="#1f5fa8", label="evaluations, on the environment")
+    rehearsed = folder.read().recipe.rehearse / 1000
+    if rehearsed:
+        axes.axvspan(0, rehearsed, color="#f1ede4", zorder=0)
+        axes.text(rehearsed / 2, axes.get_ylim()[0], "rehearsal", ha="center", va="bottom", color="#7a6f5a")
+    axes.set_xlabel("thousand steps")
+    axes.set_ylabel("mean return of an episode")
+    axes.set_title(name)
+    axes.legend(frameon=False, loc="upper left")
+    return figure
+
+
+def main() -> None:
+    """Write both files."""
+    run, name = Path(sys.argv[1]), sys.argv[2]
+    described = RunFolder(run).read()
+    best = RunFolder(run).newest(BEST)
+    about = {
+        "name": name,
+        "env_kwargs": {"action": described.recipe.env_kwargs.get("action", "displacement")},
+        "policy_kwargs": described.recipe.policy_kwargs,
+        "steps": int(best.name),
+        "seed": described.seed,
+        "version": farm_ar.__version__,
+    }
+    MODELS.mkdir(exist_ok=True)
+    save_weights(load_player(run), MODELS / f"{name}.npz", about)
+    save_picture(curve(run, name), IMAGES / f"{name}.svg")
+    print(f"{name}: the best evaluation was after {int(best.name)} steps")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,210 @@
+"""What happens while a learner learns: checkpoints, evaluations, the learning curve, the progress bar."""
+
+from __future__ import annotations
+
+import json
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from sb3_contrib.common.maskable.callbacks import MaskableEvalCallback
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.callbacks import BaseCallback, EvalCallback
+from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
+from stable_baselines3.common.vec_env import VecEnv
+
+from farm_ar.agents.training.run_folder import BEST, CHECKPOINTS, KEPT, RunFolder, Table
+
+MODEL, NORMALIZATION, REPLAY, STATE = "model.zip", "vecnormalize.pkl", "replay_buffer.pkl", "state.json"
+
+TRAINING = ("steps", "seconds", "mean_return", "mean_length")
+EVALUATIONS = ("steps", "mean_return", "best_mean_return")
+
+
+def write_model(model: BaseAlgorithm, folder: Path, seconds: float | None = None) -> None:
+    """Write a model and what belongs to it.
+
+    Args:
+        model: the learner.
+        folder: where.
+        seconds: how long it has learnt; given for a checkpoint, which a learner with a memory writes too.
+    """
+    model.save(folder / MODEL)
+    normalization = model.get_vec_normalize_env()
+    if normalization is not None:
+        normalization.save(str(folder / NORMALIZATION))
+    if seconds is not None:
+        state = {"steps": model.num_timesteps, "seconds": round(seconds, 3)}
+        (folder / STATE).write_text(json.dumps(state) + "\n", encoding="utf-8")
+        if isinstance(model, OffPolicyAlgorithm):
+            model.save_replay_buffer(folder / REPLAY)
+
+
+class Checkpoints(BaseCallback):
+    """Keeps the model before every rollout, so that a kill loses one rollout at the most, and the curve.
+
+    Args:
+        folder: of the run.
+        every: steps between checkpoints at the least.
+        seconds: how long the run has learnt before.
+    """
+
+    def __init__(self, folder: RunFolder, every: int, seconds: float = 0.0) -> None:
+        super().__init__()
+        self._folder, self._every, self._before = folder, every, seconds
+
+    def _on_training_start(self) -> None:
+        self._begin = time.perf_counter()
+        self._saved = self._noted = self.num_timesteps
+        self._table = Table(self._folder.path / "training.csv", TRAINING, self.num_timesteps)
+
+    def _on_rollout_start(self) -> None:
+        """After the update that the last rollout led to."""
+        if self.num_timesteps - self._saved >= max(self._every, 1):
+            self._keep()
+
+    def _on_step(self) -> bool:
+        return True
+
+    def _on_training_end(self) -> None:
+        if self.num_timesteps > self._saved:
+            self._keep()
+
+    def _keep(self) -> None:
+        self._saved = self.num_timesteps
+        seconds = self._before + time.perf_counter() - self._begin
+        episodes: Any = self.model.ep_info_buffer
+        if episodes:
+            self._table.add(
+                steps=self.num_timesteps,
+                seconds=round(seconds, 2),
+                mean_return=round(float(np.mean([e["r"] for e in episodes])), 5),
+                mean_length=round(float(np.mean([e["l"] for e in episodes])), 3),
+            )
+        self._folder.keep(CHECKPOINTS, self._saved, lambda at: write_model(self.model, at, seconds), KEPT)
+
+
+class KeepBest(BaseCallback):
+    """Keeps the model that an evaluation found to be the best so far.
+
+    Args:
+        folder: of the run.
+    """
+
+    def __init__(self, folder: RunFolder) -> None:
+        super().__init__()
+        self._folder = folder
+
+    def _on_step(self) -> bool:
+        self._folder.keep(BEST, self.model.num_timesteps, lambda at: write_model(self.model, at))
+        return True
+
+
+class Evaluations(EvalCallback):
+    """Evaluates in environments of another kind than those of the training, too."""
+
+    def _init_callback(self) -> None:
+        if self.callback_on_new_best is not None:
+            self.callback_on_new_best.init_callback(self.model)
+
+
+class MaskableEvaluations(Evaluations, MaskableEvalCallback):
+    """The same for a learner that masks actions."""
+
+
+class EndRehearsal(BaseCallback):
+    """Lets a learner go on in the environment itself when the rehearsal is over.
+
+    Args:
+        after: steps of the rehearsal.
+        envs: where to go on.
+    """
+
+    def __init__(self, after: int, envs: VecEnv) -> None:
+        super().__init__()
+        self._after, self._envs, self._over = after, envs, False
+
+    def _on_step(self) -> bool:
+        return True
+
+    def _on_rollout_start(self) -> None:
+        learner: Any = self.model
+        if learner.env is self._envs and not self._over:
+            self._over = True
+            learner.ep_info_buffer.clear()  # the curve is not to show a mean over both
+
+    def _on_rollout_end(self) -> None:
+        learner: Any = self.model
+        if self.num_timesteps >= self._after and learner.env is not self._envs:
+            learner.set_env(self._envs)
+            learner._last_obs = self._envs.reset()
+            learner._last_episode_starts = np.ones(self._envs.num_envs, dtype=np.bool_)
+
+
+class NoteEvaluation(BaseCallback):
+    """Notes every evaluation in a table; one that goes on with a run knows the best so far.
+
+    Args:
+        folder: of the run.
+    """
+
+    parent: EvalCallback
+
+    def __init__(self, folder: RunFolder) -> None:
+        super().__init__()
+        self._folder = folder
+
+    def _init_callback(self) -> None:
+        self._table = Table(self._folder.path / "evaluations.csv", EVALUATIONS, self.model.num_timesteps)
+        if self._table.rows:
+            self.parent.best_mean_reward = self._table.rows[-1]["best_mean_return"]
+        # Evaluations go by calls, of which there has been one for every step of all environments.
+        self.parent.n_calls = self.model.num_timesteps // self.model.n_envs
+
+    def _on_step(self) -> bool:
+        self._table.add(
+            steps=self.model.num_timesteps,
+            mean_return=round(self.parent.last_mean_reward, 5),
+            best_mean_return=round(self.parent.best_mean_reward, 5),
+        )
+        return True
+
+
+class Progress(BaseCallback):
+    """A bar on the error stream.
+
+    Args:
+        total: steps.
+    """
+
+    def __init__(self, total: int) -> None:
+        super().__init__()
+        self._total = total
+
+    def _on_training_start(self) -> None:
+        from rich import progress
+        from rich.console import Console
+
+        columns = (
+            progress.BarColumn(),
+            progress.MofNCompleteColumn(),
+            progress.TextColumn("return {task.fields[mean]}"),
+            progress.TimeElapsedColumn(),
+            progress.TimeRemainingColumn(),
+        )
+        self._bar = progress.Progress(*columns, console=Console(stderr=True))
+        self._row = self._bar.add_task("", total=self._total, completed=self.num_timesteps, mean="-")
+        self._bar.start()
+
+    def _on_step(self) -> bool:
+        self._bar.update(self._row, completed=self.num_timesteps)
+        return True
+
+    def _on_rollout_end(self) -> None:
+        episodes: Any = self.model.ep_info_buffer
+        if episodes:
+            self._bar.update(self._row, mean=f"{np.mean([e['r'] for e in episodes]):.2f}")
+
+    def _on_training_end(self) -> None:
+        self._bar.stop()

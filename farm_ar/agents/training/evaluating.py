@@ -1,0 +1,155 @@
+"""Playing held-out episodes, and what several trainings of one kind are worth there beside other players."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from farm_ar.agents.players import PLAYERS, Player, best_constant, play_episodes
+from farm_ar.agents.training.scores import Score, score
+from farm_ar.agents.training.trained_player import player_and_env
+from farm_ar.arrays import FloatArray
+from farm_ar.envs import FarmToTableEnv
+from farm_ar.errors import known_name
+
+HELD_OUT = 10_000_000
+"""Seed of the first held-out episode; trainings and their evaluations use lower ones."""
+
+CONSTANT, TRIES, EPISODES_OF_A_TRY = "constant", 40, 10
+"""The player that always does the same: how many are tried, in how many episodes each."""
+
+
+@dataclass(frozen=True, eq=False)
+class Played:
+    """What a player did in E episodes.
+
+    Args:
+        returns: (E,) the sums of rewards.
+        wrong_labels: (E,) at the end.
+        effort: (E,) of all moves.
+    """
+
+    returns: FloatArray
+    wrong_labels: FloatArray
+    effort: FloatArray
+
+    def as_row(self) -> dict[str, float]:
+        """Means, and the standard error of the return."""
+        error = self.returns.std(ddof=1) / np.sqrt(len(self.returns)) if len(self.returns) > 1 else 0.0
+        return {
+            "return": float(self.returns.mean()),
+            "standard_error": float(error),
+            "wrong_labels": float(self.wrong_labels.mean()),
+            "effort": float(self.effort.mean()),
+        }
+
+
+def held_out(episodes: int, first: int = 0) -> range:
+    """The seeds of held-out episodes."""
+    return range(HELD_OUT + first, HELD_OUT + first + episodes)
+
+
+def play(env: FarmToTableEnv, player: Player, seeds: Sequence[int]) -> Played:
+    """Play an episode for each seed."""
+    episodes = play_episodes(env, player, seeds)
+    return Played(
+        np.array([e.total for e in episodes]),
+        np.array([e.wrong_labels for e in episodes], dtype=np.float64),
+        np.array([e.effort for e in episodes]),
+    )
+
+
+def best_found(played: Sequence[Played]) -> FloatArray:
+    """(E,) the best return that any of the players had in each episode."""
+    best: FloatArray = np.max([one.returns for one in played], axis=0)
+    return best
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Several players in the same E episodes.
+
+    Args:
+        played: what each did, by name; the trainings that differ in the seed under one name.
+        best: (E,) the best return that is known of each episode.
+        seed: of the resampling.
+    """
+
+    played: Mapping[str, Sequence[Played]]
+    best: FloatArray
+    seed: int = 0
+
+    def scores(self) -> dict[str, Score]:
+        """The score of each."""
+        (random,) = self.played["random"]
+        return {
+            name: score(
+                np.array([one.returns for one in played]),
+                random.returns,
+                self.best,
+                np.random.default_rng(self.seed),
+            )
+            for name, played in self.played.items()
+        }
+
+    def rows(self) -> list[dict[str, Any]]:
+        """A row for each."""
+        values = self.scores()
+        return [
+            {"player": name, **_together(played).as_row(), "runs": len(played), "score": values[name]}
+            for name, played in self.played.items()
+        ]
+
+
+def compare(
+    runs: Sequence[str],
+    beside: Sequence[str],
+    episodes: int,
+    which: str = "best",
+    arguments: Mapping[str, Any] | None = None,
+    seed: int = 0,
+) -> Comparison:
+    """Play the same held-out episodes with trained players and with others.
+
+    Args:
+        runs: folders of trainings that differ in the seed, or the name of a player that comes with farm-ar.
+        beside: names of other players, "constant" among them; a random one is always there.
+        episodes: how many.
+        which: "best" or "last" of each run.
+        arguments: of the environment, in place of the training's.
+        seed: of the players that need one.
+
+    Raises:
+        RunError: a folder is no run's.
+        OptionError: a player is not known, or cannot play here.
+    """
+    for name in beside:
+        known_name("beside", name, (CONSTANT, *PLAYERS))
+    seeds, trained = held_out(episodes), []
+    for run in runs:
+        player, env = player_and_env(run, which, arguments)
+        trained.append(play(env, player, seeds))
+    played: dict[str, Sequence[Played]] = {"trained": trained}
+    for name in dict.fromkeys([*beside, "random"]):
+        played[name] = [play(env, _other(name, env, np.random.default_rng(seed)), seeds)]
+    best = best_found([one for several in played.values() for one in several])
+    return Comparison(played, best, seed)
+
+
+def _other(name: str, env: FarmToTableEnv, rng: np.random.Generator) -> Player:
+    """A player without training; the best constant one is looked for in episodes of the training."""
+    if name == CONSTANT:
+        return best_constant(env, rng, TRIES, range(EPISODES_OF_A_TRY), env.options.moves)
+    return PLAYERS[name](rng)
+
+
+def _together(played: Sequence[Played]) -> Played:
+    """The means over several trainings, episode by episode."""
+    return Played(
+        np.mean([one.returns for one in played], axis=0),
+        np.mean([one.wrong_labels for one in played], axis=0),
+        np.mean([one.effort for one in played], axis=0),
+    )

@@ -1,0 +1,23 @@
+"""What training needs beyond the core, and what to install where it is missing."""
+
+from __future__ import annotations
+
+import importlib
+
+from farm_ar.errors import MissingPackageError
+
+PACKAGES = ("torch", "stable_baselines3", "sb3_contrib", "tensorboard", "yaml")
+
+
+def need_training() -> None:
+    """See that everything is there, before any work begins.
+
+    Raises:
+        MissingPackageError: it is not.
+    """
+    for package in PACKAGES:
+        try:
+            importlib.import_module(package)
+        except ImportError as problem:
+            expected = f"training needs {package}: pip install 'farm-ar[train]'"
+            raise MissingPackageError(expected) from problem

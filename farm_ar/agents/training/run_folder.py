@@ -1,0 +1,182 @@
+"""A run's folder: all that is needed to repeat a training, to go on with it, and to use what it made."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import platform
+import shutil
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from importlib.metadata import version
+from pathlib import Path
+from uuid import uuid4
+
+import yaml
+
+from farm_ar import __version__
+from farm_ar.agents.training.algorithms import settings_of
+from farm_ar.agents.training.recipes import Recipe, recipe_from
+from farm_ar.errors import InputError
+from farm_ar.scenes.fields import read_json, write_text
+
+DESCRIPTION, HYPERPARAMETERS = "run.json", "hyperparameters.yml"
+CHECKPOINTS, BEST = "checkpoints", "best"
+KEPT = 2
+"""How many checkpoints stay; one would do, were it not for a disk that loses its newest file."""
+
+PACKAGES = ("numpy", "torch", "stable-baselines3", "sb3-contrib", "gymnasium", "pymunk", "numba")
+
+
+class RunError(InputError):
+    """A run's folder that cannot be used."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """What was asked for.
+
+    Args:
+        algo: the learner, by name.
+        env: the environment's id.
+        seed: of everything.
+        recipe: the hyperparameters and the environment's arguments.
+        threads: of torch.
+        processes: whether each environment has a process of its own.
+        eval_every: steps between evaluations.
+        eval_episodes: of each evaluation.
+    """
+
+    algo: str
+    env: str
+    seed: int
+    recipe: Recipe
+    threads: int = 1
+    processes: bool = False
+    eval_every: int = 10_000
+    eval_episodes: int = 50
+
+
+class RunFolder:
+    """The files of a run.
+
+    `run.json` holds the arguments, versions and seeds; `hyperparameters.yml` the recipe, in the form in which
+    it can be used again; `training.csv` and `evaluations.csv` the learning curve; `tensorboard/` the same and
+    more; `checkpoints/STEPS/` and `best/STEPS/` the model and what belongs to it.
+
+    Args:
+        path: the folder.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    @property
+    def exists(self) -> bool:
+        """Whether there is a run in it."""
+        return (self.path / DESCRIPTION).exists()
+
+    def describe(self, run: Run) -> None:
+        """Write down what was asked for, and with what."""
+        values = asdict(run)
+        del values["recipe"]
+        versions = {name: version(name) for name in PACKAGES}
+        whole = {
+            "farm-ar": __version__,
+            **values,
+            "command": sys.argv,
+            "python": platform.python_version(),
+            "machine": platform.machine(),
+            "versions": versions,
+        }
+        section = yaml.safe_dump({run.env: run.recipe.as_dict()}, sort_keys=False)
+        write_text(self.path / HYPERPARAMETERS, section)
+        write_text(self.path / DESCRIPTION, json.dumps(whole, indent=1) + "\n")
+
+    def read(self) -> Run:
+        """What was asked for.
+
+        Raises:
+            RunError: it is not the folder of a run, or its files are not as they were written.
+        """
+        source = str(self.path / DESCRIPTION)
+        whole = read_json(self.path / DESCRIPTION, RunError)
+        try:
+            text = (self.path / HYPERPARAMETERS).read_text(encoding="utf-8")
+            section = yaml.safe_load(text)[whole["env"]]
+            recipe = recipe_from(section, settings_of(whole["algo"]), HYPERPARAMETERS)
+            names = Run.__dataclass_fields__.keys() - {"recipe"}
+            return Run(**{name: whole[name] for name in names}, recipe=recipe)
+        except (OSError, KeyError, TypeError, yaml.YAMLError) as problem:
+            raise RunError("run", "must be as farm-ar train wrote it", repr(problem), source) from None
+
+    def keep(self, kind: str, steps: int, write: Callable[[Path], None], kept: int = 1) -> None:
+        """Keep files whole or not at all, in `kind/STEPS/`, in place of earlier ones.
+
+        Args:
+            kind: "checkpoints" or "best".
+            steps: how many steps had been taken.
+            write: writes the files into the folder that it is given.
+            kept: how many of the kind stay.
+        """
+        home = self.path / kind
+        target, temporary = home / f"{steps:09d}", home / f".{steps}-{uuid4().hex}"
+        if target.exists():
+            return
+        temporary.mkdir(parents=True)
+        try:
+            write(temporary)
+            temporary.rename(target)
+        finally:
+            shutil.rmtree(temporary, ignore_errors=True)
+        for old in self.kept(kind)[:-kept]:
+            shutil.rmtree(old, ignore_errors=True)
+
+    def kept(self, kind: str) -> list[Path]:
+        """The folders of a kind, the newest last."""
+        home = self.path / kind
+        return sorted(p for p in home.glob("[0-9]*") if p.is_dir()) if home.is_dir() else []
+
+    def newest(self, kind: str) -> Path:
+        """The newest folder of a kind.
+
+        Raises:
+            RunError: there is none.
+        """
+        found = self.kept(kind)
+        if not found:
+            raise RunError(kind, "must hold a model; the run has not come so far", "nothing", str(self.path))
+        return found[-1]
+
+
+class Table:
+    """A CSV file that is written anew, whole, with every row.
+
+    Args:
+        path: the file.
+        columns: their names; the first counts steps.
+        until: rows that are there already are taken over up to so many steps.
+    """
+
+    def __init__(self, path: Path, columns: Sequence[str], until: int) -> None:
+        self._path, self._columns = path, list(columns)
+        self.rows = [row for row in read_table(path) if row[columns[0]] <= until]
+
+    def add(self, **row: float) -> None:
+        """One more row, with a value for each column."""
+        self.rows.append({name: row[name] for name in self._columns})
+        text = io.StringIO()
+        writer = csv.DictWriter(text, self._columns, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(self.rows)
+        write_text(self._path, text.getvalue())
+
+
+def read_table(path: Path) -> list[dict[str, float]]:
+    """The rows of a CSV file of numbers; none where there is no file."""
+    if not path.exists():
+        return []
+    with path.open(encoding="utf-8", newline="") as file:
+        return [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]

@@ -1,0 +1,184 @@
+"""Training a player, and going on with a training that was interrupted."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import torch
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.callbacks import BaseCallback, CallbackList
+from stable_baselines3.common.env_util import make_vec_env
+from stable_baselines3.common.logger import configure
+from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
+from stable_baselines3.common.utils import set_random_seed
+from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecEnv, VecNormalize
+
+import farm_ar  # noqa: F401  # registers the environments
+from farm_ar.agents.training.algorithms import ALGORITHMS, POLICIES, check_fit
+from farm_ar.agents.training.callbacks import (
+    MODEL,
+    NORMALIZATION,
+    REPLAY,
+    STATE,
+    Checkpoints,
+    EndRehearsal,
+    Evaluations,
+    KeepBest,
+    MaskableEvaluations,
+    NoteEvaluation,
+    Progress,
+)
+from farm_ar.agents.training.rehearsal import Rehearsal
+from farm_ar.agents.training.run_folder import CHECKPOINTS, Run, RunError, RunFolder
+from farm_ar.errors import OptionError
+
+EVALUATION_SEED = 1_000_003
+"""Added to a run's seed for the environments in which it is evaluated."""
+
+WINDOW = 200
+"""Episodes whose mean return the learning curve shows."""
+
+
+def train(run: Run, path: Path, resume: bool = False, progress: bool = False) -> BaseAlgorithm:
+    """Train a player, and leave everything in a folder.
+
+    Same arguments, same bytes; but a training that was interrupted goes on with other random numbers than it
+    would have had.
+
+    Args:
+        run: what is asked for. When a run goes on, its own description counts.
+        path: the folder.
+        resume: whether to go on from the newest checkpoint in the folder, if there is one.
+        progress: whether to show a bar.
+
+    Returns:
+        The learner, trained.
+
+    Raises:
+        OptionError: the folder holds a run already, or learner and environment do not fit.
+    """
+    folder = RunFolder(path)
+    if folder.exists and not resume:
+        raise OptionError("run", "must be a new folder, or go on with --resume", str(path))
+    if folder.exists:
+        run = folder.read()
+    _check(run)
+    if not folder.exists:
+        folder.describe(run)
+    torch.set_num_threads(run.threads)
+    started = folder.kept(CHECKPOINTS)
+    newest = started[-1] if started else None
+    steps, seconds = (0, 0.0) if newest is None else _state(newest)
+    seed = run.seed + steps
+    envs = _environments(run, seed, run.recipe.n_envs, newest)
+    judge = _environments(run, run.seed + EVALUATION_SEED, 1, None, judging=True)
+    try:
+        first = envs
+        if steps < run.recipe.rehearse:
+            first = Rehearsal(run.recipe.n_envs, seed, **run.recipe.env_kwargs)
+        model = _new_model(run, first) if newest is None else _old_model(run, first, newest)
+        if steps < run.recipe.n_timesteps:
+            _learn(model, run, folder, envs, judge, seconds, progress)
+    finally:
+        envs.close()
+        judge.close()
+    return model
+
+
+def _check(run: Run) -> None:
+    """Make the environment once, so that a mistake in its arguments is seen before any work begins."""
+    try:
+        env = gym.make(run.env, **run.recipe.env_kwargs)
+    except (gym.error.Error, TypeError) as problem:
+        raise OptionError("env", f"must be one that can be made ({problem})", run.env) from None
+    check_fit(run.algo, run.recipe.policy, env)
+    env.close()
+    if run.recipe.rehearse:
+        if run.env != "FarmToTable-v0" or run.recipe.normalize is not None:
+            expected = "must be 0 but for FarmToTable-v0 without normalization"
+            raise OptionError("rehearse", expected, run.recipe.rehearse)
+        Rehearsal(1, 0, **run.recipe.env_kwargs)
+
+
+def _environments(run: Run, seed: int, count: int, saved: Path | None, judging: bool = False) -> VecEnv:
+    many = SubprocVecEnv if run.processes and not judging else DummyVecEnv
+    # A process of its own learns of the environments by the module before the colon.
+    env_id = run.env if ":" in run.env else f"farm_ar:{run.env}"
+    envs: VecEnv = make_vec_env(
+        env_id, count, seed=seed, env_kwargs=dict(run.recipe.env_kwargs), vec_env_cls=many
+    )
+    if run.recipe.normalize is None:
+        return envs
+    if saved is not None:
+        return VecNormalize.load(str(saved / NORMALIZATION), envs)
+    kept = VecNormalize(envs, training=not judging, **run.recipe.normalize)
+    if judging:
+        kept.norm_reward = False
+    return kept
+
+
+def _new_model(run: Run, envs: VecEnv) -> BaseAlgorithm:
+    recipe = run.recipe
+    learner: Any = ALGORITHMS[run.algo]
+    return learner(  # type: ignore[no-any-return]
+        POLICIES[recipe.policy],
+        envs,
+        seed=run.seed,
+        device="cpu",
+        policy_kwargs=dict(recipe.policy_kwargs),
+        stats_window_size=WINDOW,
+        **recipe.of_learner(),
+    )
+
+
+def _old_model(run: Run, envs: VecEnv, saved: Path) -> BaseAlgorithm:
+    model = ALGORITHMS[run.algo].load(saved / MODEL, env=envs, device="cpu")
+    if isinstance(model, OffPolicyAlgorithm):
+        model.load_replay_buffer(saved / REPLAY)
+    set_random_seed(run.seed + model.num_timesteps)
+    return model
+
+
+def _learn(
+    model: BaseAlgorithm,
+    run: Run,
+    folder: RunFolder,
+    envs: VecEnv,
+    judge: VecEnv,
+    seconds: float,
+    progress: bool,
+) -> None:
+    recipe, steps = run.recipe, model.num_timesteps
+    model.set_logger(configure(str(folder.path / "tensorboard"), ["tensorboard"]))
+    evaluating = MaskableEvaluations if run.algo == "maskable-ppo" else Evaluations
+    calls: list[BaseCallback] = [
+        Checkpoints(folder, recipe.checkpoint_every, seconds),
+        evaluating(
+            judge,
+            callback_on_new_best=KeepBest(folder),
+            callback_after_eval=NoteEvaluation(folder),
+            n_eval_episodes=run.eval_episodes,
+            eval_freq=max(run.eval_every // recipe.n_envs, 1),
+            verbose=0,
+            warn=False,
+        ),
+    ]
+    if steps < recipe.rehearse:
+        calls.append(EndRehearsal(recipe.rehearse, envs))
+    if progress:
+        calls.append(Progress(recipe.n_timesteps))
+    model.learn(
+        recipe.n_timesteps - steps, CallbackList(calls), log_interval=1, reset_num_timesteps=steps == 0
+    )
+
+
+def _state(saved: Path) -> tuple[int, float]:
+    """Steps and seconds of a checkpoint."""
+    try:
+        state = json.loads((saved / STATE).read_text(encoding="utf-8"))
+        return int(state["steps"]), float(state["seconds"])
+    except (OSError, ValueError, KeyError) as problem:
+        raise RunError("checkpoint", "must be as it was written", repr(problem), str(saved)) from None

@@ -1,0 +1,70 @@
+"""`farm-ar evaluate`: what trained players are worth, beside others."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from farm_ar.agents.training.evaluating import Comparison
+
+
+def evaluate(
+    runs: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="RUN...",
+            help="Folders of runs that differ in the seed, or a player that comes with farm-ar.",
+        ),
+    ],
+    episodes: Annotated[int, typer.Option(metavar="N", min=2, help="Held-out episodes.")] = 100,
+    beside: Annotated[
+        str, typer.Option(metavar="NAMES", help="Other players, with commas between; random is always there.")
+    ] = "analytic,greedy",
+    which: Annotated[str, typer.Option(metavar="NAME", help="best (by the evaluations) or last.")] = "best",
+    arg: Annotated[
+        list[str] | None, typer.Option(metavar="NAME=VALUE", help="Another argument of the environment.")
+    ] = None,
+    seed: Annotated[int, typer.Option(metavar="N", min=0, help="Of the players that need one.")] = 0,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")] = False,
+) -> None:
+    """Play held-out episodes with trained players and with others.
+
+    The score is 0 for a random player and 1 for the best that any of the players here found in each episode;
+    of several runs it is the interquartile mean, with a 95% bootstrap interval.
+    """
+    from farm_ar.agents.training.needed import need_training
+
+    need_training()
+    from farm_ar.agents.training.evaluating import compare
+    from farm_ar.cli.output import print_json, print_line, print_table
+    from farm_ar.cli.train import arguments
+
+    names = [name.strip() for name in beside.split(",") if name.strip()]
+    found = compare(runs, names, episodes, which, arguments(arg or []), seed)
+    if as_json:
+        print_json(_as_json(found))
+        return
+    columns = ("player", "return", "wrong labels", "effort", "score")
+    print_table(columns, [_cells(row) for row in found.rows()], numbers=columns[1:])
+    print_line(f"{episodes} held-out episodes; the best found: {found.best.mean():.2f}")
+
+
+def _cells(row: Mapping[str, Any]) -> list[str]:
+    return [
+        str(row["player"]),
+        f"{row['return']:.2f} ± {row['standard_error']:.2f}",
+        f"{row['wrong_labels']:.2f}",
+        f"{row['effort']:.2f}",
+        str(row["score"]),
+    ]
+
+
+def _as_json(found: Comparison) -> dict[str, Any]:
+    rows = [
+        {**row, "score": [row["score"].value, row["score"].low, row["score"].high]} for row in found.rows()
+    ]
+    return {"episodes": len(found.best), "best": float(found.best.mean()), "players": rows}

@@ -1,0 +1,86 @@
+"""`farm-ar train`: an adversary, or a helper, learns."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+
+def train(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of the run, as in runs/first.")],
+    algo: Annotated[
+        str, typer.Option(metavar="NAME", help="maskable-ppo, ppo, or sac for continuous actions.")
+    ] = "maskable-ppo",
+    env: Annotated[str, typer.Option(metavar="ID", help="The environment.")] = "FarmToTable-v0",
+    arg: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=VALUE", help="An argument of the environment, as in jitter=easy."),
+    ] = None,
+    steps: Annotated[
+        int | None, typer.Option(metavar="N", min=1, help="Steps in all; the recipe's by default.")
+    ] = None,
+    rehearse: Annotated[
+        int | None, typer.Option(metavar="N", min=0, help="Steps of them without physics; 0 for none.")
+    ] = None,
+    seed: Annotated[int, typer.Option(metavar="N", min=0, help="Seed of everything.")] = 0,
+    recipe: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="YAML of hyperparameters, keyed by environment id.")
+    ] = None,
+    eval_every: Annotated[int, typer.Option(metavar="N", min=1, help="Steps between evaluations.")] = 10_000,
+    eval_episodes: Annotated[int, typer.Option(metavar="N", min=1, help="Episodes of each.")] = 50,
+    threads: Annotated[int, typer.Option(metavar="N", min=1, help="Threads of the network.")] = 1,
+    processes: Annotated[
+        bool, typer.Option("--processes", help="A process for each environment, in place of one for all.")
+    ] = False,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with the run in the folder; its own arguments count.")
+    ] = False,
+    progress: Annotated[bool, typer.Option("--progress/--no-progress", help="Whether to show a bar.")] = True,
+) -> None:
+    """Train a player of an environment with Stable-Baselines3.
+
+    With --arg sign=-1 it is a helper. The folder holds the model, its checkpoints, the learning curve (also
+    for TensorBoard), and all that is needed to repeat the run. A run that was killed goes on with --resume.
+    """
+    from farm_ar.agents.training.needed import need_training
+    from farm_ar.cli.output import print_line
+    from farm_ar.cli.places import make_folder
+    from farm_ar.errors import OptionError, known_name
+
+    known_name("--algo", algo, ("maskable-ppo", "ppo", "sac"))
+    need_training()
+    from farm_ar.agents.training.recipes import load_recipe
+    from farm_ar.agents.training.run_folder import Run
+    from farm_ar.agents.training.training import train as learn
+
+    if resume and not (run / "run.json").exists():
+        raise OptionError("--resume", "must have a run to go on with in the folder", str(run))
+    make_folder("RUN", run)
+    given = load_recipe(algo, env, recipe).with_arguments(arguments(arg or []), steps, rehearse)
+    asked = Run(algo, env, seed, given, threads, processes, eval_every, eval_episodes)
+    model = learn(asked, run, resume=resume, progress=progress)
+    print_line(f"{model.num_timesteps} steps are done. Look at it: farm-ar watch {run}")
+
+
+def arguments(given: list[str]) -> dict[str, Any]:
+    """The environment's arguments, their values read as JSON where they are JSON.
+
+    Raises:
+        OptionError: there is no = in one.
+    """
+    import json
+
+    from farm_ar.errors import OptionError
+
+    values: dict[str, Any] = {}
+    for text in given:
+        name, sign, value = text.partition("=")
+        if not sign:
+            raise OptionError("--arg", "must be NAME=VALUE", text)
+        try:
+            values[name] = json.loads(value)
+        except ValueError:
+            values[name] = value
+    return values

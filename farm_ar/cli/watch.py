@@ -1,0 +1,54 @@
+"""`farm-ar watch`: what a trained player does, as a film."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def watch(
+    run: Annotated[
+        str,
+        typer.Argument(metavar="RUN", help="Folder of a run, or a player that comes with farm-ar."),
+    ],
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The film, .mp4 or .gif; RUN/watch.mp4 by default.")
+    ] = None,
+    episodes: Annotated[int, typer.Option(metavar="N", min=1, help="How many.")] = 2,
+    seed: Annotated[int, typer.Option(metavar="N", min=0, help="Of the first; the others follow.")] = 0,
+    which: Annotated[str, typer.Option(metavar="NAME", help="best (by the evaluations) or last.")] = "best",
+    arg: Annotated[
+        list[str] | None, typer.Option(metavar="NAME=VALUE", help="Another argument of the environment.")
+    ] = None,
+) -> None:
+    """Film a trained player: its moves, what the headset then believes, and where the animals run."""
+    from farm_ar.agents.training.needed import need_training
+
+    need_training()
+    from farm_ar.agents.training.trained_player import player_and_env, shipped
+    from farm_ar.cli.output import print_line
+    from farm_ar.cli.places import make_folder, writing
+    from farm_ar.cli.train import arguments
+    from farm_ar.drawing.video import write_gif, write_mp4
+    from farm_ar.errors import OptionError
+    from farm_ar.showcases.film import FPS
+    from farm_ar.showcases.watching import watch_episode
+
+    path = out or (Path(f"{run}.mp4") if run in shipped() else Path(run) / "watch.mp4")
+    if path.suffix not in (".mp4", ".gif"):
+        raise OptionError("--out", "must end in .mp4 or .gif", str(path))
+    # Films show what training leaves out.
+    shown = {"play_seconds": 3.0, "animals_a_second": 10.0}
+    player, env = player_and_env(run, which, {**shown, **arguments(arg or [])})
+    make_folder("--out", path.parent)
+    frames = (
+        frame for k in range(episodes) for frame in watch_episode(env, player, seed + k, f"episode {k + 1}")
+    )
+    with writing("--out", path):
+        if path.suffix == ".gif":
+            write_gif(path, [f for n, f in enumerate(frames) if n % 5 == 0], FPS / 5, 640)
+        else:
+            write_mp4(path, frames, FPS)
+    print_line(f"Wrote {path}")

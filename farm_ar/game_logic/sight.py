@@ -1,0 +1,130 @@
+"""What the headset's camera sees of single points and of the player's arm, compiled."""
+
+from __future__ import annotations
+
+from math import atan2, cos, pi, sin, sqrt, tan
+
+import numba
+import numpy as np
+
+from farm_ar.arrays import FloatArray
+from farm_ar.scenes import Camera
+
+ARM_HEIGHT_M = 0.06
+"""Height of hand and forearm above the table."""
+
+ARM_HALF_WIDTH_M = 0.03
+
+ELBOW_Z = -0.45
+"""z where the forearm ends, metres."""
+
+ARM_POINTS = 48
+"""Points along each side of the forearm that are looked for where the view is no simple wedge."""
+
+(
+    EYE_X,
+    EYE_Z,
+    YAW,
+    LEFT,
+    RIGHT,
+    RANGE,
+    HEIGHT,
+    PITCH,
+    UP,
+    DOWN,
+    VERTICAL,
+    SINE,
+    COSINE,
+    LOOKS,
+) = range(14)
+"""Places in an eye: the camera's position and heading; its field of view; whether that has vertical limits; sine and
+cosine of its heading; how many places there are."""
+
+
+def eye_of(camera: Camera) -> FloatArray:
+    """(LOOKS,) a camera, for the kernels below."""
+    fov, eye = camera.fov, np.zeros(LOOKS)
+    eye[EYE_X], eye[EYE_Z] = camera.position
+    yaw = float(camera.yaw)
+    eye[YAW], eye[LEFT], eye[RIGHT], eye[RANGE] = yaw, fov.left, fov.right, fov.range_m
+    eye[SINE], eye[COSINE] = sin(yaw), cos(yaw)
+    if fov.up is not None and fov.down is not None and camera.height is not None:
+        eye[VERTICAL], eye[UP], eye[DOWN] = 1.0, fov.up, fov.down
+        eye[HEIGHT], eye[PITCH] = camera.height, camera.pitch
+    return eye
+
+
+@numba.njit(cache=True, nogil=True)
+def in_sight(eye: FloatArray, x: float, y: float, z: float) -> bool:
+    """Whether a camera sees a point (x, z), metres, y above the table, as `geometry.in_view` says."""
+    dx, dz = x - eye[EYE_X], z - eye[EYE_Z]
+    if dx * dx + dz * dz > eye[RANGE] * eye[RANGE]:
+        return False
+    if dx != 0 or dz != 0:
+        angle = atan2(dx, dz) - eye[YAW]
+        while angle >= pi:
+            angle -= 2 * pi
+        while angle < -pi:
+            angle += 2 * pi
+        ahead = -eye[LEFT] <= angle <= eye[RIGHT]
+        if not (ahead or angle + 2 * pi <= eye[RIGHT] or -eye[LEFT] <= angle - 2 * pi):
+            return False
+    if eye[VERTICAL] != 0:
+        dy = y - eye[HEIGHT]
+        level = dx * eye[SINE] + dz * eye[COSINE]
+        up = dy * cos(eye[PITCH]) - level * sin(eye[PITCH])
+        forward = dy * sin(eye[PITCH]) + level * cos(eye[PITCH])
+        if forward <= 0:
+            return dx == 0 and dy == 0 and dz == 0
+        return -eye[DOWN] <= atan2(up, forward) <= eye[UP]
+    return True
+
+
+@numba.njit(cache=True, nogil=True)
+def cut_off(at_zero: float, slope: float, low: float, high: float) -> tuple[float, float]:
+    """The part of [low, high] where at_zero + slope t is not negative; one from 1 to 0 where it nowhere is."""
+    if slope == 0:
+        return (low, high) if at_zero >= 0 else (1.0, 0.0)
+    root = -at_zero / slope
+    return (max(low, root), high) if slope > 0 else (low, min(high, root))
+
+
+@numba.njit(cache=True, nogil=True)
+def side_in_sight(eye: FloatArray, x: float, near: float, far: float) -> bool:
+    """Whether a camera whose view is a wedge sees any of a side of the arm, x = constant, z from near to far."""
+    dx, dy = x - eye[EYE_X], ARM_HEIGHT_M - eye[HEIGHT]
+    low, high = near - eye[EYE_Z], far - eye[EYE_Z]
+    if eye[RANGE] < abs(dx):
+        return False
+    reach = sqrt(eye[RANGE] * eye[RANGE] - dx * dx)
+    low, high = max(low, -reach), min(high, reach)
+    left, right = eye[YAW] - eye[LEFT], eye[YAW] + eye[RIGHT]
+    # To the right of the left edge, and to the left of the right one.
+    low, high = cut_off(dx * cos(left), -sin(left), low, high)
+    low, high = cut_off(-dx * cos(right), sin(right), low, high)
+    if eye[VERTICAL] != 0:
+        sine, cosine = sin(eye[PITCH]), cos(eye[PITCH])
+        up, up_slope = dy * cosine - dx * eye[SINE] * sine, -eye[COSINE] * sine
+        ahead, ahead_slope = dy * sine + dx * eye[SINE] * cosine, eye[COSINE] * cosine
+        most, least = tan(eye[UP]), tan(eye[DOWN])
+        low, high = cut_off(ahead, ahead_slope, low, high)
+        low, high = cut_off(most * ahead - up, most * ahead_slope - up_slope, low, high)
+        low, high = cut_off(least * ahead + up, least * ahead_slope + up_slope, low, high)
+    return low <= high
+
+
+@numba.njit(cache=True, nogil=True)
+def arm_in_sight(eye: FloatArray, x: float, z: float) -> bool:
+    """Whether a camera sees any of a hand at (x, z), metres, or of its forearm."""
+    far, near = z + ARM_HALF_WIDTH_M, min(ELBOW_Z, z)
+    # Half a turn or more is no wedge; straight up the tangent ends.
+    wedge = eye[LEFT] + eye[RIGHT] < pi and eye[UP] < 1.5 and eye[DOWN] < 1.5
+    for side in (x - ARM_HALF_WIDTH_M, x + ARM_HALF_WIDTH_M):
+        if wedge:
+            if side_in_sight(eye, side, near, far):
+                return True
+        else:
+            for k in range(ARM_POINTS):
+                if in_sight(eye, side, ARM_HEIGHT_M, far + k / (ARM_POINTS - 1) * (near - far)):
+                    return True
+    return False

@@ -1,0 +1,129 @@
+"""A compiled kernel of a steered hand: many ticks of grip, physics, sight and phase in one call.
+
+It works on the arrays of `plane_kernels` and `sight`, a `way` whose limits are the visit's budget, and `phase`, whose
+places are named below. Like those of the plane it runs in Python, too.
+"""
+
+from __future__ import annotations
+
+from farm_ar.arrays import FloatArray
+from farm_ar.game_logic import chipmunk, sight
+from farm_ar.game_logic import plane_kernels as plane
+from farm_ar.game_logic.plane_kernels import Addresses
+
+VISITED, AWAY, PENDING, PHASES = range(4)
+"""Places in `phase`: 1 while the hand is in view, or not yet long enough out of it; for how many ticks it has been out
+of view and empty; for how many ticks animals still have to run; how many places there are."""
+
+AWAY_TICKS = 30
+"""After so many ticks out of view, holding nothing, a visit is over: half a second."""
+
+REACH = 0.06
+"""How far from a footprint the middle of a hand may be and still take hold of the building, metres."""
+
+
+@chipmunk.compiled
+def use_hand(handle: Addresses, state: FloatArray, box: FloatArray, eye: FloatArray, closed: bool) -> None:
+    """Close on the nearest building within reach, if that is in view, or let go."""
+    if state[plane.PRESENT] == 0:
+        return
+    if not closed:
+        if state[plane.GRIPPED] >= 0:
+            plane.lift(handle, state)
+    elif state[plane.GRIPPED] < 0:
+        x, z, _ = plane.hand_pose(handle, state)
+        found = plane.nearest(box, x, z, REACH, False)
+        if found >= 0 and sight.in_sight(
+            eye, box[found, plane.BOX_X], box[found, plane.ELEVATION], box[found, plane.BOX_Z]
+        ):
+            plane.grip(handle, state, box, found, REACH)
+
+
+@chipmunk.compiled
+def press(
+    handle: Addresses,
+    state: FloatArray,
+    box: FloatArray,
+    eye: FloatArray,
+    way: FloatArray,
+    vx: float,
+    vz: float,
+    spin: float,
+    closed: bool,
+) -> None:
+    """A tick under a hand that is steered, which stops and touches nothing any more when its budget is spent."""
+    if way[plane.WAY_DONE] == 0 and way[plane.BRAKING] == 0:
+        if state[plane.RAISED] == 0 and plane.exceeds(handle, state, box, way):
+            way[plane.BRAKING] = 1.0
+    if way[plane.WAY_DONE] != 0:
+        plane.raise_hand(handle, state)
+    elif way[plane.BRAKING] == 0:
+        use_hand(handle, state, box, eye, closed)
+    else:
+        vx = vz = spin = 0.0
+    plane.tick(handle, state, box, vx, vz, spin, 1)
+    if way[plane.WAY_DONE] == 0 and way[plane.BRAKING] != 0:
+        plane.braked(handle, state, way)
+
+
+@chipmunk.compiled
+def watch(state: FloatArray, phase: FloatArray, seen: bool) -> bool:
+    """After a tick: begin a visit when the hand is seen.
+
+    Returns:
+        Whether the visit is over.
+    """
+    if state[plane.PRESENT] != 0 and seen:
+        phase[VISITED], phase[AWAY] = 1.0, 0.0
+    elif state[plane.PRESENT] != 0 and state[plane.GRIPPED] >= 0:
+        phase[AWAY] = 0.0
+    else:
+        phase[AWAY] += 1
+    if phase[VISITED] == 0:
+        phase[PENDING] += 1
+        return False
+    return bool(phase[AWAY] >= AWAY_TICKS)
+
+
+@chipmunk.compiled
+def steer(
+    handle: Addresses,
+    state: FloatArray,
+    box: FloatArray,
+    eye: FloatArray,
+    way: FloatArray,
+    phase: FloatArray,
+    vx: float,
+    vz: float,
+    spin: float,
+    closed: bool,
+    ticks: int,
+) -> tuple[int, bool]:
+    """Ticks under a hand that is steered, seen where it truly is.
+
+    Args:
+        handle: of the plane.
+        state: of the plane.
+        box: of the plane.
+        eye: the headset's camera.
+        way: its limits are the budget; `BRAKING` while the hand stops, `WAY_DONE` once the budget is spent.
+        phase: of the game.
+        vx: of the hand, metres a second.
+        vz: likewise.
+        spin: of the hand, radians a second, Chipmunk's way round.
+        closed: whether the hand is closed.
+        ticks: how many.
+
+    Returns:
+        How many have passed: fewer where a visit is over, or buildings have moved while animals run, who then have to
+        run before they move again; and whether the visit is over.
+    """
+    for done in range(ticks):
+        before = state[plane.CHANGES]
+        press(handle, state, box, eye, way, vx, vz, spin, closed)
+        x, z, _ = plane.hand_pose(handle, state)
+        if watch(state, phase, state[plane.PRESENT] != 0 and sight.arm_in_sight(eye, x, z)):
+            return done + 1, True
+        if phase[VISITED] == 0 and state[plane.CHANGES] != before:
+            return done + 1, False
+    return ticks, False

@@ -1,0 +1,75 @@
+"""A film of a player at work: every move of the hand, every snapshot, and the play after it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, Protocol
+
+from farm_ar.drawing.game.frames import GameFrames
+from farm_ar.envs import FarmToTableEnv
+from farm_ar.game_logic.farm_game import FarmGame
+from farm_ar.game_logic.tabletop import Tabletop
+from farm_ar.showcases.film import FPS, HEIGHT, TICKS_PER_FRAME, Image
+
+STILL_S = 0.8
+"""How long the table is shown before the first move."""
+
+
+class Player(Protocol):
+    """Anything that says what to do in an environment."""
+
+    def act(self, env: FarmToTableEnv) -> Any:
+        """The next action."""
+        ...
+
+
+def watch_episode(env: FarmToTableEnv, player: Player, seed: int, caption: str = "") -> Iterator[Image]:
+    """The frames of an episode, (H, W, 3) bytes, 30 a second.
+
+    Args:
+        env: where it is played. Without the game, or where the hand is steered, there is one frame for every
+            three of a film's, after each step.
+        player: who plays.
+        seed: of the reset.
+        caption: shown with every frame.
+    """
+    env.reset(seed=seed)
+    frames: list[Image] = []
+    pictures = GameFrames(env.world.tracker.scene, HEIGHT)
+    stepwise = not isinstance(env.world, FarmGame) or env.options.control == "hand"
+
+    def show() -> None:
+        frames.append(pictures.frame(env.world.moment(caption)))
+
+    if isinstance(env.world, FarmGame) and not stepwise:
+        _film_game(env.world, show)
+    show()
+    yield from frames * round(STILL_S * FPS)
+    over = False
+    while not over:
+        frames.clear()
+        _, _, over, _, _ = env.step(player.act(env))
+        if stepwise:
+            show()
+            frames *= 3
+        yield from frames
+
+
+def _film_game(game: FarmGame, show: Any) -> None:
+    """Have every move and all play of a game shown, frame by frame."""
+    move, play = game.move, game.play
+
+    def watched_move(*asked: Any, **named: Any) -> Any:
+        def at_tick(table: Tabletop) -> None:
+            if table.ticks % TICKS_PER_FRAME == 0:
+                show()
+
+        return move(*asked, **{**named, "record": at_tick})
+
+    def watched_play(seconds: float) -> None:
+        for _ in range(round(seconds * FPS)):
+            play(1 / FPS)
+            show()
+
+    # Watching is no part of the game, and this game is played once.
+    game.move, game.play = watched_move, watched_play  # type: ignore[method-assign]

@@ -1,0 +1,169 @@
+"""Training: what it leaves, and going on after a kill."""
+
+import dataclasses
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+import torch
+import yaml
+from sb3_contrib import MaskablePPO
+from stable_baselines3.common.vec_env import DummyVecEnv
+
+from farm_ar.agents.training.algorithms import ALGORITHMS
+from farm_ar.agents.training.rehearsal import Rehearsal
+from farm_ar.agents.training.run_folder import RunFolder, read_table
+from farm_ar.agents.training.training import train
+from farm_ar.errors import OptionError
+
+
+def with_recipe(run, **values):
+    return dataclasses.replace(run, recipe=dataclasses.replace(run.recipe, **values))
+
+
+def weights(model):
+    return torch.cat([values.detach().flatten() for values in model.policy.parameters()])
+
+
+def test_a_run_leaves_all_that_is_needed_to_repeat_it(tiny, tmp_path):
+    run = tiny()
+    model = train(run, tmp_path / "run")
+    folder = RunFolder(tmp_path / "run")
+    assert [path.name for path in folder.kept("checkpoints")] == ["000000064", "000000096"]
+    assert len(folder.kept("best")) == 1
+    assert list((tmp_path / "run" / "tensorboard").iterdir())
+    assert [row["steps"] for row in read_table(tmp_path / "run" / "training.csv")] == [32, 64, 96]
+    assert [row["steps"] for row in read_table(tmp_path / "run" / "evaluations.csv")] == [64]
+    described = json.loads((tmp_path / "run" / "run.json").read_text())
+    assert {"command", "seed", "algo", "env", "versions", "python", "farm-ar"} <= set(described)
+    sections = yaml.safe_load((tmp_path / "run" / "hyperparameters.yml").read_text())
+    assert sections["FarmToTable-v0"]["n_steps"] == 16
+    again = train(folder.read(), tmp_path / "again")
+    assert torch.equal(weights(model), weights(again))
+    loaded = ALGORITHMS["maskable-ppo"].load(folder.newest("checkpoints") / "model.zip")
+    assert torch.equal(weights(model), weights(loaded))
+
+
+def test_processes_and_a_bar_change_nothing(tiny, tmp_path, capsys):
+    run = tiny(n_timesteps=32)
+    alone = train(run, tmp_path / "alone")
+    beside = train(dataclasses.replace(run, processes=True), tmp_path / "beside", progress=True)
+    assert torch.equal(weights(alone), weights(beside))
+    assert "32/32" in capsys.readouterr().err
+
+
+def test_another_seed_learns_something_else(tiny, tmp_path):
+    run = tiny(n_timesteps=32)
+    first = train(run, tmp_path / "first")
+    second = train(dataclasses.replace(run, seed=1), tmp_path / "second")
+    assert not torch.equal(weights(first), weights(second))
+
+
+def test_a_folder_with_a_run_is_not_written_over(tiny, tmp_path):
+    run = tiny(n_timesteps=32)
+    train(run, tmp_path)
+    with pytest.raises(OptionError, match="run: must be a new folder, or go on with --resume"):
+        train(run, tmp_path)
+    assert train(run, tmp_path, resume=True).num_timesteps == 32
+
+
+CHILD = """
+import sys, torch
+from pathlib import Path
+from farm_ar.agents.training.rehearsal import Rehearsal
+from farm_ar.agents.training.run_folder import RunFolder
+from farm_ar.agents.training.training import train
+train(RunFolder(Path(sys.argv[1])).read(), Path(sys.argv[2]))
+"""
+
+
+def test_a_killed_run_goes_on_and_repeats_one_rollout_at_most(tiny, tmp_path):
+    run = dataclasses.replace(tiny(n_timesteps=100_000), eval_every=10**9)
+    RunFolder(tmp_path / "asked").describe(run)
+    path = tmp_path / "run"
+    command = [sys.executable, "-c", CHILD, str(tmp_path / "asked"), str(path)]
+    child = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    until = time.monotonic() + 60
+    while not RunFolder(path).kept("checkpoints") and time.monotonic() < until:
+        time.sleep(0.02)
+    os.kill(child.pid, signal.SIGKILL)
+    child.wait()
+    kept = int(RunFolder(path).newest("checkpoints").name)
+    before = read_table(path / "training.csv")
+    # The table is written before the checkpoint, so that it may be one rollout ahead; never more.
+    assert kept <= before[-1]["steps"] <= kept + 32
+    RunFolder(path).describe(
+        dataclasses.replace(run, recipe=dataclasses.replace(run.recipe, n_timesteps=kept + 64))
+    )
+    model = train(run, path, resume=True)
+    assert model.num_timesteps == kept + 64
+    steps = [row["steps"] for row in read_table(path / "training.csv")]
+    assert steps == [32 * k for k in range(1, kept // 32 + 3)]
+    assert read_table(path / "training.csv")[: kept // 32] == before[: kept // 32]
+    seconds = [row["seconds"] for row in read_table(path / "training.csv")]
+    assert seconds == sorted(seconds)
+
+
+@pytest.mark.parametrize(
+    ("algo", "values"),
+    [
+        ("sac", {"env_kwargs": {"action": "continuous", "animals_a_second": 0.0, "play_seconds": 0.0}}),
+        ("ppo", {"normalize": {"norm_obs": True, "norm_reward": True}}),
+    ],
+)
+def test_what_belongs_to_the_model_goes_on_with_it(tiny, tmp_path, algo, values):
+    run = tiny(algo, n_timesteps=32, checkpoint_every=16, **values)
+    train(run, tmp_path)
+    more = with_recipe(run, n_timesteps=64)
+    RunFolder(tmp_path).describe(more)
+    model = train(more, tmp_path, resume=True)
+    assert model.num_timesteps == 64
+    saved = RunFolder(tmp_path).newest("checkpoints")
+    if algo == "sac":
+        assert model.replay_buffer.size() * 2 == 64
+        assert (saved / "replay_buffer.pkl").exists()
+    else:
+        # Both halves of the training have been counted.
+        assert model.get_vec_normalize_env().obs_rms["position"].count > 64
+        assert (saved / "vecnormalize.pkl").exists()
+        assert (RunFolder(tmp_path).newest("best") / "vecnormalize.pkl").exists()
+
+
+def test_after_the_rehearsal_it_goes_on_in_the_environment(tiny, tmp_path, monkeypatch):
+    where = []
+    learn = MaskablePPO.collect_rollouts
+
+    def watched(self, env, *rest, **named):
+        where.append(type(env))
+        return learn(self, env, *rest, **named)
+
+    monkeypatch.setattr(MaskablePPO, "collect_rollouts", watched)
+    run = tiny(n_timesteps=128, rehearse=64)
+    model = train(run, tmp_path)
+    assert where == [Rehearsal] * 2 + [DummyVecEnv] * 2
+    assert model.num_timesteps == 128
+    assert len(read_table(tmp_path / "training.csv")) == 4
+
+
+@pytest.mark.parametrize(
+    "values", [{"normalize": {}}, {"env": "SceneLayout-v0"}, {"env_kwargs": {"visits": 2}}]
+)
+def test_what_cannot_be_rehearsed_is_seen_before(tiny, tmp_path, values):
+    run = tiny(rehearse=64, **({"env_kwargs": {}} | values if "env" in values else values))
+    run = dataclasses.replace(
+        run, algo="ppo", recipe=dataclasses.replace(run.recipe, policy="MultiInputPolicy")
+    )
+    with pytest.raises(OptionError, match="rehears"):
+        train(run, tmp_path / "run")
+
+
+def test_mistakes_in_the_arguments_are_seen_before_anything_is_written(tiny, tmp_path):
+    with pytest.raises(OptionError, match="env: must be one that can be made"):
+        train(tiny(env="Farm-v0"), tmp_path / "run")
+    with pytest.raises(OptionError, match="jitter"):
+        train(tiny(env_kwargs={"jitter": "wild"}), tmp_path / "run")
+    assert not (tmp_path / "run").exists()

@@ -1,0 +1,106 @@
+"""`farm-ar train`, `watch` and `evaluate`: from nothing to a film and a score."""
+
+import json
+
+import pytest
+
+from farm_ar.cli.train import arguments
+from farm_ar.errors import OptionError
+
+pytest.importorskip("stable_baselines3", reason="pip install 'farm-ar[train]'")
+pytest.importorskip("sb3_contrib", reason="pip install 'farm-ar[train]'")
+
+RECIPE = """
+FarmToTable-v0:
+  n_envs: 2
+  policy: ObjectPolicy
+  policy_kwargs: {width: 16, pair_width: 8, rounds: 1}
+  env_kwargs: {play_seconds: 0.0, animals_a_second: 0.0, action: slot, moves: 2}
+  n_steps: 16
+  batch_size: 32
+  n_epochs: 1
+"""
+
+
+@pytest.fixture
+def train(run, tmp_path):
+    """Trains for a moment."""
+    (tmp_path / "tiny.yml").write_text(RECIPE)
+
+    def train(folder, *more):
+        tiny = ("--recipe", "tiny.yml", "--steps", 32, "--eval-every", 32, "--eval-episodes", 1)
+        return run("train", folder, *tiny, *more, "--no-progress")
+
+    return train
+
+
+def test_a_run_is_trained_scored_and_filmed(run, train, tmp_path):
+    result = train("runs/first")
+    assert result.exit_code == 0
+    assert result.stdout.startswith("32 steps are done.")
+    scored = ["evaluate", "runs/first", "--episodes", 3, "--beside", "analytic", "--json"]
+    found = json.loads(run(*scored).stdout)
+    assert [row["player"] for row in found["players"]] == ["trained", "analytic", "random"]
+    assert found["players"][2]["score"] == [0.0, 0.0, 0.0]
+    assert all(row["return"] <= found["best"] + 1e-9 for row in found["players"])
+    assert json.loads(run(*scored).stdout) == found
+    table = run(*scored[:-1])
+    assert "wrong labels" in table.stdout
+    assert "3 held-out episodes; the best found: " in table.stdout
+    film = run(
+        "watch",
+        "runs/first",
+        "--episodes",
+        1,
+        "--arg",
+        "play_seconds=0.1",
+        "--arg",
+        "moves=1",
+        "--out",
+        "film.gif",
+    )
+    assert film.stdout == "Wrote film.gif\n"
+    assert (tmp_path / "film.gif").stat().st_size > 10_000
+
+
+def test_a_run_is_not_trained_twice_but_goes_on(train, mistake, tmp_path):
+    train("one", "--arg", "jitter=easy", "--seed", 7)
+    assert json.loads((tmp_path / "one" / "run.json").read_text())["seed"] == 7
+    assert "jitter: easy" in (tmp_path / "one" / "hyperparameters.yml").read_text()
+    assert mistake("train", "one").startswith(
+        "OptionError: run: must be a new folder, or go on with --resume"
+    )
+    assert train("one", "--resume").stdout.startswith("32 steps are done.")
+
+
+def test_mistakes_are_one_line(mistake, train):
+    assert mistake("train", "x", "--algo", "dqn").startswith(
+        "OptionError: --algo: must be one of maskable-ppo"
+    )
+    assert mistake("train", "x", "--env", "Farm-v9").startswith(
+        "OptionError: env: must be one that can be made"
+    )
+    assert mistake("train", "x", "--arg", "easy").startswith("OptionError: --arg: must be NAME=VALUE")
+    assert mistake("train", "x", "--resume").startswith(
+        "OptionError: --resume: must have a run to go on with"
+    )
+    assert mistake("watch", "nowhere").startswith("RunError: nowhere/run.json: file: must be a readable file")
+    assert mistake("watch", "x", "--out", "film.avi").startswith(
+        "OptionError: --out: must end in .mp4 or .gif"
+    )
+    assert "rehearsal (which --rehearse 0 leaves out)" in mistake("train", "x", "--arg", "visits=2")
+    train("one", "--rehearse", 0)
+    assert mistake("evaluate", "one", "--beside", "clever").startswith("OptionError: beside: must be one of")
+    wrong = mistake("evaluate", "one", "--arg", "action=displacement")
+    assert wrong.startswith("OptionError: env: must have the actions")
+    assert mistake("evaluate", "one", "--arg", "jitter=wild").startswith(
+        "OptionError: jitter: must be one of"
+    )
+
+
+def test_arguments_are_json_where_they_can_be():
+    given = ["moves=3", "jitter=easy", "game=false", "budget_m=0.3", 'scene="farm"']
+    expected = {"moves": 3, "jitter": "easy", "game": False, "budget_m": 0.3, "scene": "farm"}
+    assert arguments(given) == expected
+    with pytest.raises(OptionError):
+        arguments(["x"])

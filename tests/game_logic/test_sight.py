@@ -1,0 +1,92 @@
+"""What a camera sees of points and of the player's arm, against the plain geometry."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from numba.core.dispatcher import Dispatcher
+
+from farm_ar.game_logic import sight
+from farm_ar.geometry import in_vertical_view, in_view
+from farm_ar.scenes import Camera, FieldOfView, Layout, visible
+
+COMPILED = {name: value for name, value in vars(sight).items() if isinstance(value, Dispatcher)}
+
+
+@pytest.fixture(params=["compiled", "python"], autouse=True, scope="module")
+def mode(request: pytest.FixtureRequest) -> Iterator[str]:
+    """Every test sees the kernels as they are compiled, and as plain Python."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name, kernel in COMPILED.items():
+            if request.param == "python":
+                patch.setattr(sight, name, kernel.py_func)
+        yield request.param
+
+
+angles = st.floats(0.05, 1.5)
+fields = st.builds(FieldOfView, angles, angles, st.floats(0.2, 3.0)) | st.builds(
+    FieldOfView, angles, angles, st.floats(0.2, 3.0), st.floats(0.05, 1.4), st.floats(0.05, 1.4)
+)
+wide = st.builds(FieldOfView, st.floats(1.6, 3.14), st.floats(1.6, 3.14), st.floats(0.2, 3.0))
+places = st.tuples(st.floats(-0.5, 1.7), st.floats(-0.6, 1.3))
+
+
+def cameras(fov: st.SearchStrategy[FieldOfView]) -> st.SearchStrategy[Camera]:
+    yaw, pitch = st.floats(-7, 7), st.floats(-1.4, 0.5)
+    return st.builds(
+        lambda place, yaw, fov, height, pitch: Camera(np.array(place), yaw, fov, height, pitch),
+        places,
+        yaw,
+        fov,
+        st.floats(0.1, 1.0),
+        pitch,
+    )
+
+
+@given(cameras(fields | wide), places)
+def test_a_point_is_seen_where_the_layouts_are(camera: Camera, place: tuple[float, float]) -> None:
+    pivot = Layout(("a",), ("coop",), np.array([place]), np.zeros(1), np.ones((1, 3)))
+    assert sight.in_sight(sight.eye_of(camera), place[0], 0.0, place[1]) == visible(pivot, camera)[0]
+
+
+def arm(hand: tuple[float, float], count: int) -> np.ndarray:
+    """(2 count, 3) points of both sides of hand and forearm."""
+    far, near = hand[1] + sight.ARM_HALF_WIDTH_M, min(sight.ELBOW_Z, hand[1])
+    z = np.linspace(far, near, count)
+    sides = [hand[0] - sight.ARM_HALF_WIDTH_M, hand[0] + sight.ARM_HALF_WIDTH_M]
+    return np.concatenate(
+        [np.stack([np.full(count, x), np.full(count, sight.ARM_HEIGHT_M), z], 1) for x in sides]
+    )
+
+
+def seen_of(points: np.ndarray, camera: Camera, slack: float) -> np.ndarray:
+    """(P,) points in view of a camera whose field of view is by so much wider."""
+    fov = camera.fov
+    flat = points[:, [0, 2]]
+    seen = in_view(
+        flat, camera.position, camera.yaw, fov.left + slack, fov.right + slack, fov.range_m + slack
+    )
+    if fov.up is not None and fov.down is not None:
+        eye = np.array([camera.position[0], float(camera.height), camera.position[1]])
+        seen &= in_vertical_view(points, eye, camera.yaw, camera.pitch, fov.up + slack, fov.down + slack)
+    return seen
+
+
+@given(cameras(fields), places)
+def test_an_arm_is_seen_where_one_of_many_points_on_it_is(camera: Camera, hand: tuple[float, float]) -> None:
+    points = arm(hand, 2000)
+    clearly, perhaps = seen_of(points, camera, -0.002).any(), seen_of(points, camera, 0.002).any()
+    assume(clearly == perhaps)
+    assert sight.arm_in_sight(sight.eye_of(camera), *hand) == clearly
+
+
+@given(cameras(wide), places)
+def test_so_is_one_before_a_camera_that_sees_half_a_turn_or_more(
+    camera: Camera, hand: tuple[float, float]
+) -> None:
+    assert (
+        sight.arm_in_sight(sight.eye_of(camera), *hand)
+        == seen_of(arm(hand, sight.ARM_POINTS), camera, 0).any()
+    )

@@ -1,0 +1,52 @@
+"""Films of players: every moment of a move is shown, and filming changes nothing."""
+
+import numpy as np
+import pytest
+
+from farm_ar.agents.players import RandomPlayer
+from farm_ar.envs import FarmToTableEnv
+from farm_ar.showcases import watching
+from farm_ar.showcases.watching import watch_episode
+
+
+@pytest.fixture(autouse=True)
+def small(monkeypatch):
+    """Draws small pictures, which are as many."""
+    monkeypatch.setattr(watching, "HEIGHT", 120)
+
+
+def film(**arguments):
+    env = FarmToTableEnv(**arguments)
+    frames = list(watch_episode(env, RandomPlayer(np.random.default_rng(0)), seed=3))
+    return env, frames
+
+
+def test_a_film_shows_the_hand_move_and_the_play_afterwards():
+    env, frames = film(moves=1, play_seconds=0.5)
+    still, played = 24, 15
+    assert len(frames) > still + played + 10
+    shapes = {frame.shape for frame in frames}
+    assert len(shapes) == 1
+    assert any(not np.array_equal(a, b) for a, b in zip(frames[still:], frames[still + 1 :], strict=False))
+    assert env.world.clock == pytest.approx(0.5)
+
+
+def test_what_is_filmed_goes_as_it_does_unwatched():
+    watched, _ = film(moves=2, play_seconds=0.5)
+    alone = FarmToTableEnv(moves=2, play_seconds=0.5)
+    alone.reset(seed=3)
+    player, over = RandomPlayer(np.random.default_rng(0)), False
+    while not over:
+        _, _, over, _, _ = alone.step(player.act(alone))
+    assert watched.world.truth.position == pytest.approx(alone.world.truth.position, abs=1e-12)
+    assert watched.world.tracker.belief.wrong_labels == alone.world.tracker.belief.wrong_labels
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [{"control": "layout", "game": False, "scene": "L1"}, {"control": "hand", "hand_seconds": 0.4}],
+)
+def test_where_there_are_no_moves_there_is_a_picture_for_each_step(arguments):
+    _, frames = film(play_seconds=0.0, **arguments)
+    assert len(frames) >= 24 + 3
+    assert (len(frames) - 24) % 3 == 0
