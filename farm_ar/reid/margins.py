@@ -24,12 +24,12 @@ def margins(cost: FloatArray, column: IntArray) -> FloatArray:
     rows = np.flatnonzero(column >= 0)
     if rows.size:
         reordered = np.ascontiguousarray(cost[rows])
-        result[rows] = _margins(reordered, column[rows])
+        result[rows] = margins_of_assigned(reordered, column[rows])
     return result
 
 
 @numba.njit(cache=True, nogil=True)
-def _margins(cost: FloatArray, column: IntArray) -> FloatArray:
+def margins_of_assigned(cost: FloatArray, column: IntArray) -> FloatArray:
     """`margins` of rows that all have a column.
 
     Nodes are the rows and one sink that stands for the columns nobody has. An arc from one row to another

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from farm_ar.arrays import FloatArray
 from farm_ar.reid import UNASSIGNED, solve_assignment
-from farm_ar.reid.margins import _margins, margins
+from farm_ar.reid.margins import margins, margins_of_assigned
 
 
 def total(cost: FloatArray) -> float:
@@ -50,7 +50,7 @@ def test_a_margin_is_the_rise_when_a_rows_column_is_forbidden(
     expected = margins_by_solving_again(cost[kept], column[kept])
     np.testing.assert_allclose(found[kept], expected, atol=1e-9)
     if kept.any():
-        in_python = _margins.py_func(np.ascontiguousarray(cost[kept]), column[kept])
+        in_python = margins_of_assigned.py_func(np.ascontiguousarray(cost[kept]), column[kept])
         np.testing.assert_allclose(in_python, found[kept], atol=1e-12)
 
 
