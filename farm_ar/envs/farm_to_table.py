@@ -68,7 +68,8 @@ class FarmToTableEnv(gym.Env[Any, Any]):
     | `layout` | `offsets` | `Box(-1, 1, (3 N,))` | x, z (±0.15 m) and turn (±45°) of every object |
 
     What exceeds the budget is scaled down, and the hand stops when what it does, pushed objects included, would exceed
-    it. `action_masks()` gives the choices that make sense for the discrete actions.
+    it. What it bumps into last may still slide and turn on: visits of random play that end over the budget do so by 2 mm
+    and 0.3 rad in the median, 5 to 6 cm and 2.3 rad at most (`move` and `hand`, 700 visits each). `action_masks()` gives the choices that make sense for the discrete actions.
 
     ## Observation Space
 
