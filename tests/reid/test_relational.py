@@ -1,3 +1,4 @@
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -270,6 +271,15 @@ def test_what_cannot_be_is_refused() -> None:
         reid.identify_objects(snapshot.detections, [camera, replace(camera, fov=scene.fov)])
     with pytest.raises(SnapshotError, match=r"cameras\[1\].height: must be known of all or of none"):
         reid.identify_objects(snapshot.detections, [camera, replace(camera, height=np.array(1.5))])
+
+
+def test_a_pickled_rule_assumes_the_same_and_answers_the_same() -> None:
+    scene = row_of_chairs()
+    reid = RelationalReid(scene, RelationalOptions(drift=0.3, tried=2))
+    again = pickle.loads(pickle.dumps(reid))
+    assert again.shared == reid.shared
+    snapshot, _ = from_the_front(scene, moved(scene.layout, [0, 1], shift(0.3, 0.2)))
+    assert again.identify(snapshot).confidence.tobytes() == reid.identify(snapshot).confidence.tobytes()
 
 
 def test_an_untouched_room_is_explained_by_nothing_having_moved_together() -> None:
