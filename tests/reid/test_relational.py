@@ -120,6 +120,23 @@ def test_a_drift_of_the_frame_leaves_the_labels_as_they_are(seed: int) -> None:
     assert reid.identify(drifted(snapshot, motion)).labels == reid.identify(snapshot).labels == truth
 
 
+def test_a_group_is_found_in_a_frame_that_has_drifted() -> None:
+    scene, rng = builtin_scene("farm"), np.random.default_rng(0)
+    alone, shared = [], []
+    for _ in range(4):
+        pushed = moved(scene.layout, [0, 1, 5, 6], shift(0.12, 0.05, 20.0, (0.3, 0.3)))
+        noisy = LayoutNoise.of(0.01, 4).disturb(pushed, scene.size, rng)
+        camera = Camera(np.array([rng.uniform(0.4, 0.8), -0.35]), np.array(rng.uniform(-0.3, 0.3)), scene.fov)
+        snapshot, truth = observe(noisy, camera)
+        angle = rng.uniform(-np.pi, np.pi)
+        motion = shift(0.08 * np.sin(angle), 0.08 * np.cos(angle), rng.uniform(-5, 5), (0.6, -0.35))
+        seen = drifted(snapshot, motion)
+        alone.append(accuracy(LikelihoodReid(scene).identify(seen), truth))
+        shared.append(accuracy(RelationalReid(scene).identify(seen), truth))
+    assert np.mean(shared) > np.mean(alone) + 0.1
+    assert np.mean(shared) > 0.95
+
+
 def test_what_is_fixed_shows_the_drift() -> None:
     scene, motion = row_of_chairs(fixed=True), shift(0.06, -0.05, 4.0, (3.0, -1.0))
     snapshot, truth = from_the_front(scene, scene.layout)
