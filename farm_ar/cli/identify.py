@@ -29,7 +29,8 @@ def identify(
     reid: Annotated[
         str,
         typer.Option(
-            metavar="RULE", help="spatial (the paper's), likelihood, nearest, distance or last-known."
+            metavar="RULE",
+            help="spatial (the paper's), likelihood, relational, nearest, distance or last-known.",
         ),
     ] = "spatial",
     threshold: Annotated[

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -59,6 +58,15 @@ class RelationalReid(LikelihoodReid):
         self._between: Camera | None = None
         self._told: list[Relation] | None = None
 
+    def __reduce__(self) -> Any:
+        return type(self), (self.scene, self.shared)
+
+    def _twin(self) -> RelationalReid:
+        """The same rule, sharing its arrays, which may be told things that this one is not."""
+        twin = object.__new__(type(self))
+        twin.__dict__.update(self.__dict__)
+        return twin
+
     @classmethod
     def without_relations(cls, reid: LikelihoodReid) -> RelationalReid:
         """A rule that answers as `LikelihoodReid` does, and knows what several cameras see between them."""
@@ -72,7 +80,7 @@ class RelationalReid(LikelihoodReid):
                 in their field of view or in whether their height is known.
         """
         # The same rule, told of more cameras than the snapshot's own.
-        rule = copy.copy(self)
+        rule = self._twin()
         rule._between = _batch(cameras)
         return rule.identify(Snapshot(cameras[-1], objects))
 
@@ -82,7 +90,7 @@ class RelationalReid(LikelihoodReid):
         Raises:
             SnapshotError: a detection's category is not one of the scene's.
         """
-        rule = copy.copy(self)
+        rule = self._twin()
         rule._told = []
         rule.identify(snapshot)
         return tuple(sorted(rule._told, key=lambda one: -one.probability))

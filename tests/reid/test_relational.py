@@ -1,3 +1,4 @@
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -117,6 +118,23 @@ def test_a_drift_of_the_frame_leaves_the_labels_as_they_are(seed: int) -> None:
     motion = shift(0.1 * np.sin(angle), 0.1 * np.cos(angle), rng.uniform(-5, 5), (0.6, -0.35))
     reid = RelationalReid(scene)
     assert reid.identify(drifted(snapshot, motion)).labels == reid.identify(snapshot).labels == truth
+
+
+def test_a_group_is_found_in_a_frame_that_has_drifted() -> None:
+    scene, rng = builtin_scene("farm"), np.random.default_rng(0)
+    alone, shared = [], []
+    for _ in range(4):
+        pushed = moved(scene.layout, [0, 1, 5, 6], shift(0.12, 0.05, 20.0, (0.3, 0.3)))
+        noisy = LayoutNoise.of(0.01, 4).disturb(pushed, scene.size, rng)
+        camera = Camera(np.array([rng.uniform(0.4, 0.8), -0.35]), np.array(rng.uniform(-0.3, 0.3)), scene.fov)
+        snapshot, truth = observe(noisy, camera)
+        angle = rng.uniform(-np.pi, np.pi)
+        motion = shift(0.08 * np.sin(angle), 0.08 * np.cos(angle), rng.uniform(-5, 5), (0.6, -0.35))
+        seen = drifted(snapshot, motion)
+        alone.append(accuracy(LikelihoodReid(scene).identify(seen), truth))
+        shared.append(accuracy(RelationalReid(scene).identify(seen), truth))
+    assert np.mean(shared) > np.mean(alone) + 0.1
+    assert np.mean(shared) > 0.95
 
 
 def test_what_is_fixed_shows_the_drift() -> None:
@@ -270,6 +288,15 @@ def test_what_cannot_be_is_refused() -> None:
         reid.identify_objects(snapshot.detections, [camera, replace(camera, fov=scene.fov)])
     with pytest.raises(SnapshotError, match=r"cameras\[1\].height: must be known of all or of none"):
         reid.identify_objects(snapshot.detections, [camera, replace(camera, height=np.array(1.5))])
+
+
+def test_a_pickled_rule_assumes_the_same_and_answers_the_same() -> None:
+    scene = row_of_chairs()
+    reid = RelationalReid(scene, RelationalOptions(drift=0.3, tried=2))
+    again = pickle.loads(pickle.dumps(reid))
+    assert again.shared == reid.shared
+    snapshot, _ = from_the_front(scene, moved(scene.layout, [0, 1], shift(0.3, 0.2)))
+    assert again.identify(snapshot).confidence.tobytes() == reid.identify(snapshot).confidence.tobytes()
 
 
 def test_an_untouched_room_is_explained_by_nothing_having_moved_together() -> None:
