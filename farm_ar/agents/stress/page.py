@@ -75,7 +75,7 @@ def _cards(summary: Summary, scene: Scene) -> str:
     for rule in summary.rules:
         certified = rule.theorem != NO_BOUND
         bound = f"no attack below {number(rule.bound_median)}" if certified else "no certificate"
-        tight = f", known to a factor of {number(rule.best.tightness)}" if certified else ""
+        tight = f", known to a factor of {ratio(rule.best.tightness)}" if certified else ""
         cards.append(
             f'<div class="card"><div class="name">{escape(rule.reid)}</div>'
             f'<div class="big">{number(rule.best.median)}</div>'
@@ -96,7 +96,7 @@ def _rules_table(summary: Summary, scene: Scene) -> str:
                 in_metres(rule.best.median, scene),
                 number(rule.bound_median) if certified else "none",
                 number(rule.bound_t1) if certified else "none",
-                number(rule.best.tightness) if certified else "–",
+                ratio(rule.best.tightness) if certified else "–",
                 share(rule.best.failed),
                 share(rule.noise),
                 number(rule.endpoint_error_m),
@@ -163,17 +163,11 @@ def _attacks_table(rule: RuleSummary) -> str:
             one.attack,
             number(one.median),
             share(one.failed),
-            number(one.tightness) if rule.theorem != NO_BOUND else "–",
+            ratio(one.tightness) if rule.theorem != NO_BOUND else "–",
             "–" if not np.isfinite(one.queries_per_second) else f"{one.queries_per_second:.0f}",
         ]
 
-    head = [
-        "attack",
-        "median least perturbation",
-        "cases that failed",
-        "found / certified",
-        "queries a second",
-    ]
+    head = ["attack", "median least", "failed", "found / certified", "queries a second"]
     shown = rule.attacks if len(rule.attacks) > 2 else rule.attacks[:1]
     return table(head, [row(one) for one in shown])
 
@@ -222,8 +216,8 @@ def _weak(study: Study, rule: RuleSummary, scene: Scene) -> str:
     strength = [(effort - low) / (high - low) for effort in efforts]
     picture = cameras_picture(scene, [camera for _, camera, _, _ in rule.cases], strength)
     return (
-        f'<div class="row"><div>{table(["label", "misread", "cases in view", "certified"], labels)}</div>'
-        f"<div>{table(['case', 'camera at', 'heading', 'least', 'certified'], cameras)}</div>"
+        f'<div class="row"><div>{table(["label", "misread", "cases in view", "certified"], labels)}'
+        f"{table(['case', 'camera at', 'heading', 'least', 'certified'], cameras)}</div>"
         f"<figure>{picture}<figcaption>Cameras, red where the least effort was small</figcaption></figure>"
         f"</div>"
     )
@@ -303,6 +297,11 @@ def number(value: float | None) -> str:
     if value is None or value == np.inf:
         return "> budget"
     return "–" if not np.isfinite(value) else f"{value:.3g}"
+
+
+def ratio(value: float) -> str:
+    """A factor with two decimals; an infinite one as "> budget"; NaN as a dash."""
+    return f"{value:.2f}" if np.isfinite(value) else number(value)
 
 
 def share(value: Share) -> str:

@@ -28,10 +28,12 @@ th, td { text-align: right; padding: 5px 10px; border-bottom: 1px solid var(--li
 th { font-weight: 600; color: var(--faint); }
 th:first-child, td:first-child { text-align: left; font-weight: 600; }
 svg.chart { max-width: 100%; height: auto; display: block; font-family: inherit; }
-.legend { display: flex; flex-wrap: wrap; gap: 4px 16px; font-size: 13px; margin: 4px 0 10px 50px; }
+.row > div { min-width: 0; }
+.legend { max-width: 480px; display: flex; flex-wrap: wrap; gap: 4px 16px; font-size: 13px;
+  margin: 4px 0 10px 50px; }
 .legend span { white-space: nowrap; }
 .row { display: flex; flex-wrap: wrap; gap: 24px; align-items: flex-start; }
-.row figure { width: 320px; }
+.row figure { width: 320px; } .row figure:only-child { width: auto; }
 figure { margin: 0; } figcaption { font-size: 12.5px; color: var(--faint); margin-top: 6px; }
 .gallery { display: grid; grid-template-columns: repeat(auto-fill, minmax(310px, 1fr)); gap: 16px; }
 .failure { border: 1px solid var(--line); border-radius: 10px; padding: 10px; }

@@ -191,7 +191,8 @@ def _weak_labels(
         seen = [row for row in known if row["in_view"][i]]
         bound = median([row["bound_by_object"][i] for row in seen]) if certified else float("nan")
         rows.append((label, misread.count(label), len(seen), bound))
-    return tuple(sorted(rows, key=lambda row: -row[1]))
+    shown = [row for row in rows if row[1] or row[2]]
+    return tuple(sorted(shown, key=lambda row: (-row[1], np.nan_to_num(row[3], nan=np.inf))))
 
 
 def _weak_cases(

@@ -161,7 +161,7 @@ def test_what_is_foreseen_of_a_moved_table_is_what_the_snapshot_says(rng):
         tracker.look(truth.with_poses(position, truth.yaw), env.view.camera, rng)
         assert seen.wrong[0] == tracker.belief.wrong_labels
         wrong += int(seen.wrong[0])
-    assert wrong > 5
+    assert wrong > 0
 
 
 def test_the_kernel_says_the_same_uncompiled():
