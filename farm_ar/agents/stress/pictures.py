@@ -71,7 +71,10 @@ def failure_picture(case: Case, failure: Mapping[str, Any]) -> str:
         wrong = label in misread
         fill = FILLS[int(layout.category_code[i]) % len(FILLS)]
         stroke, weight = (RED, 2.2) if wrong else (INK, 0.8)
-        opacity = 1.0 if seen[i] else 0.4
+        if not (seen[i] or moved[i]):
+            parts.append(f'<polygon points="{sheet.path(after[i])}" fill="{fill}" class="away"/>')
+            continue
+        opacity = 1.0 if seen[i] else 0.6
         front = position[i] + direction(yaw[i]) * layout.size[i, 2] / 2
         parts.append(
             f'<g opacity="{opacity}"><polygon points="{sheet.path(after[i])}" fill="{fill}" '
