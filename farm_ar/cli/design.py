@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from farm_ar.agents.design import Design
 
 
 def design(
@@ -60,14 +63,32 @@ def design(
     ]
     print_table(("label", "x", "z", "yaw_deg"), poses, ("x", "z", "yaw_deg"))
     if plot is not None:
-        from farm_ar.cli.pictures import picture_of_design
-
-        picture_of_design(found, plot)
+        with writing("--plot", plot):
+            _draw(found, plot)
         print_line(f"Wrote {plot}")
     if save is not None:
         with writing("--save", save):
             save_scene(found.scene, save)
         print_line(f"Wrote {save}")
+
+
+def _draw(found: Design, path: Path) -> None:
+    """Draw a placement, and around each object how far it may move, unturned, without being mistaken."""
+    import numpy as np
+    from matplotlib.patches import Circle
+
+    from farm_ar.drawing import draw_scene, new_picture, save_picture
+
+    figure, axes = new_picture(found.scene.size)
+    draw_scene(axes, found.scene, path=False, cells=False)
+    layout = found.scene.layout
+    code = layout.category_code
+    for i, (x, z) in enumerate(layout.position.tolist()):
+        if np.isfinite(found.metres) and np.count_nonzero(code == code[i]) > 1:
+            ring = Circle((x, z), found.metres, fill=False, linewidth=0.6, edgecolor="#059669")
+            ring.set_linestyle((0, (4, 3)))
+            axes.add_patch(ring)
+    save_picture(figure, path)
 
 
 def _counts(text: str) -> dict[str, int]:

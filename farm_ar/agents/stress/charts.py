@@ -31,7 +31,7 @@ def line_chart(
     y_label: str,
     x_limit: float,
     y_limit: float = 1.0,
-    size: tuple[float, float] = (560.0, 300.0),
+    size: tuple[float, float] = (480.0, 300.0),
 ) -> str:
     """Lines over a grid, with a legend; both axes begin at 0."""
     width, height = size

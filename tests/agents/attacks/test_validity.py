@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farm_ar.agents.attacks.validity import are_valid, outside_by, overlap_depth
+from farm_ar.agents.attacks.validity import are_valid, outside_by, overlap_depth, settle
 from farm_ar.geometry import footprints_overlap
 
 SIZE = np.array([[0.1, 0.1, 0.2], [0.15, 0.1, 0.1], [0.2, 0.1, 0.2]])
@@ -56,3 +56,14 @@ def test_what_is_allowed_and_what_is_not():
 
 def test_not_a_number_is_not_allowed():
     assert not check([[0.2, 0.2], [np.nan, 0.5], [0.8, 0.8]], [0.0, 0.0, 0.0])
+
+
+def test_what_would_stand_in_something_or_outside_stays_where_it_was():
+    wanted = [[0.25, 0.2], [0.27, 0.2], [0.8, 1.2]]
+    for kernel in (settle, settle.py_func):
+        position, yaw = np.array([wanted]), np.full((1, 3), 0.1)
+        keeps_clear = ~np.eye(3, dtype=bool)
+        kernel(position, yaw, BEFORE, np.zeros(3), SIZE, keeps_clear, np.full(3, True), 1.0, 1.0)
+        assert position[0].tolist() == [wanted[0], BEFORE[1].tolist(), BEFORE[2].tolist()]
+        assert yaw[0].tolist() == [0.1, 0.0, 0.0]
+        assert check(position[0], yaw[0])
