@@ -1,6 +1,6 @@
 """Makes an adversary that comes with farm-ar of a run, and the picture of its learning curve.
 
-python docs/make_adversary.py runs/displacement-0 farm-displacement
+python docs/make_adversary.py runs/displacement-0 farm-displacement last
 """
 
 import sys
@@ -9,7 +9,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 import farm_ar
-from farm_ar.agents.training.run_folder import BEST, RunFolder, read_table
+from farm_ar.agents.training.run_folder import BEST, CHECKPOINTS, RunFolder, read_table
 from farm_ar.agents.training.trained_player import load_player, save_weights
 from farm_ar.drawing import save_picture
 
@@ -41,21 +41,21 @@ def curve(run: Path, name: str) -> Figure:
 
 def main() -> None:
     """Write both files."""
-    run, name = Path(sys.argv[1]), sys.argv[2]
+    run, name, which = Path(sys.argv[1]), sys.argv[2], sys.argv[3]
     described = RunFolder(run).read()
-    best = RunFolder(run).newest(BEST)
+    saved = RunFolder(run).newest(BEST if which == "best" else CHECKPOINTS)
     about = {
         "name": name,
         "env_kwargs": {"action": described.recipe.env_kwargs.get("action", "displacement")},
         "policy_kwargs": described.recipe.policy_kwargs,
-        "steps": int(best.name),
+        "steps": int(saved.name),
         "seed": described.seed,
         "version": farm_ar.__version__,
     }
     MODELS.mkdir(exist_ok=True)
-    save_weights(load_player(run), MODELS / f"{name}.npz", about)
+    save_weights(load_player(run, which), MODELS / f"{name}.npz", about)
     save_picture(curve(run, name), IMAGES / f"{name}.svg")
-    print(f"{name}: the best evaluation was after {int(best.name)} steps")
+    print(f"{name}: {which} after {int(saved.name)} steps")
 
 
 if __name__ == "__main__":

@@ -19,7 +19,8 @@ def train(
         typer.Option(metavar="NAME=VALUE", help="An argument of the environment, as in jitter=easy."),
     ] = None,
     steps: Annotated[
-        int | None, typer.Option(metavar="N", min=1, help="Steps in all; the recipe's by default.")
+        int | None,
+        typer.Option(metavar="N", min=1, help="Steps in all; the recipe's, or the run's, by default."),
     ] = None,
     rehearse: Annotated[
         int | None, typer.Option(metavar="N", min=0, help="Steps of them without physics; 0 for none.")
@@ -35,7 +36,8 @@ def train(
         bool, typer.Option("--processes", help="A process for each environment, in place of one for all.")
     ] = False,
     resume: Annotated[
-        bool, typer.Option("--resume", help="Go on with the run in the folder; its own arguments count.")
+        bool,
+        typer.Option("--resume", help="Go on with the run in the folder; of the others only --steps counts."),
     ] = False,
     progress: Annotated[bool, typer.Option("--progress/--no-progress", help="Whether to show a bar.")] = True,
 ) -> None:
@@ -60,7 +62,7 @@ def train(
     make_folder("RUN", run)
     given = load_recipe(algo, env, recipe).with_arguments(arguments(arg or []), steps, rehearse)
     asked = Run(algo, env, seed, given, threads, processes, eval_every, eval_episodes)
-    model = learn(asked, run, resume=resume, progress=progress)
+    model = learn(asked, run, resume, progress, steps)
     print_line(f"{model.num_timesteps} steps are done. Look at it: farm-ar watch {run}")
 
 

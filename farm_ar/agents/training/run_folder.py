@@ -82,11 +82,12 @@ class RunFolder:
         """Write down what was asked for, and with what."""
         values = asdict(run)
         del values["recipe"]
+        earlier = read_json(self.path / DESCRIPTION, RunError)["commands"] if self.exists else []
         versions = {name: version(name) for name in PACKAGES}
         whole = {
             "farm-ar": __version__,
             **values,
-            "command": sys.argv,
+            "commands": [*earlier, sys.argv],
             "python": platform.python_version(),
             "machine": platform.machine(),
             "versions": versions,

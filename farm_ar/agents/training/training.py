@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -42,7 +43,9 @@ WINDOW = 200
 """Episodes whose mean return the learning curve shows."""
 
 
-def train(run: Run, path: Path, resume: bool = False, progress: bool = False) -> BaseAlgorithm:
+def train(
+    run: Run, path: Path, resume: bool = False, progress: bool = False, steps: int | None = None
+) -> BaseAlgorithm:
     """Train a player, and leave everything in a folder.
 
     Same arguments, same bytes; but a training that was interrupted goes on with other random numbers than it
@@ -53,6 +56,7 @@ def train(run: Run, path: Path, resume: bool = False, progress: bool = False) ->
         path: the folder.
         resume: whether to go on from the newest checkpoint in the folder, if there is one.
         progress: whether to show a bar.
+        steps: in all, of a run that goes on, in place of those it was to have.
 
     Returns:
         The learner, trained.
@@ -65,22 +69,25 @@ def train(run: Run, path: Path, resume: bool = False, progress: bool = False) ->
         raise OptionError("run", "must be a new folder, or go on with --resume", str(path))
     if folder.exists:
         run = folder.read()
+        if steps is not None:
+            run = replace(run, recipe=replace(run.recipe, n_timesteps=steps))
+            folder.describe(run)
     _check(run)
     if not folder.exists:
         folder.describe(run)
     torch.set_num_threads(run.threads)
     started = folder.kept(CHECKPOINTS)
     newest = started[-1] if started else None
-    steps, seconds = (0, 0.0) if newest is None else _state(newest)
-    seed = run.seed + steps
+    done, seconds = (0, 0.0) if newest is None else _state(newest)
+    seed = run.seed + done
     envs = _environments(run, seed, run.recipe.n_envs, newest)
     judge = _environments(run, run.seed + EVALUATION_SEED, 1, None, judging=True)
     try:
         first = envs
-        if steps < run.recipe.rehearse:
+        if done < run.recipe.rehearse:
             first = Rehearsal(run.recipe.n_envs, seed, **run.recipe.env_kwargs)
         model = _new_model(run, first) if newest is None else _old_model(run, first, newest)
-        if steps < run.recipe.n_timesteps:
+        if done < run.recipe.n_timesteps:
             _learn(model, run, folder, envs, judge, seconds, progress)
     finally:
         envs.close()

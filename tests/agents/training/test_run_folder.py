@@ -1,5 +1,7 @@
 """The folder of a run: whole files or none."""
 
+import json
+
 import pytest
 
 from farm_ar.agents.training.run_folder import RunError, RunFolder, Table, read_table
@@ -12,6 +14,8 @@ def test_a_run_is_read_as_it_was_described(tmp_path, tiny):
     folder.describe(run)
     assert folder.exists
     assert folder.read() == run
+    folder.describe(run)
+    assert len(json.loads((tmp_path / "run" / "run.json").read_text())["commands"]) == 2
 
 
 def test_what_belongs_to_no_run_is_named(tmp_path, tiny):

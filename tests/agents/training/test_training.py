@@ -39,7 +39,7 @@ def test_a_run_leaves_all_that_is_needed_to_repeat_it(tiny, tmp_path):
     assert [row["steps"] for row in read_table(tmp_path / "run" / "training.csv")] == [32, 64, 96]
     assert [row["steps"] for row in read_table(tmp_path / "run" / "evaluations.csv")] == [64]
     described = json.loads((tmp_path / "run" / "run.json").read_text())
-    assert {"command", "seed", "algo", "env", "versions", "python", "farm-ar"} <= set(described)
+    assert {"commands", "seed", "algo", "env", "versions", "python", "farm-ar"} <= set(described)
     sections = yaml.safe_load((tmp_path / "run" / "hyperparameters.yml").read_text())
     assert sections["FarmToTable-v0"]["n_steps"] == 16
     again = train(folder.read(), tmp_path / "again")
@@ -118,10 +118,9 @@ def test_a_killed_run_goes_on_and_repeats_one_rollout_at_most(tiny, tmp_path):
 def test_what_belongs_to_the_model_goes_on_with_it(tiny, tmp_path, algo, values):
     run = tiny(algo, n_timesteps=32, checkpoint_every=16, **values)
     train(run, tmp_path)
-    more = with_recipe(run, n_timesteps=64)
-    RunFolder(tmp_path).describe(more)
-    model = train(more, tmp_path, resume=True)
+    model = train(run, tmp_path, resume=True, steps=64)
     assert model.num_timesteps == 64
+    assert RunFolder(tmp_path).read() == with_recipe(run, n_timesteps=64)
     saved = RunFolder(tmp_path).newest("checkpoints")
     if algo == "sac":
         assert model.replay_buffer.size() * 2 == 64
