@@ -40,10 +40,9 @@ BINS = 50
 RULES: dict[str, Callable[[Scene], Reidentifier]] = {
     PAPER_RULE: SpatialReid,
     "paper, categories agree": lambda scene: SpatialReid(scene, SpatialOptions(gate_categories=True)),
-    **{name: make for name, make in REIDENTIFIERS.items() if name not in ("spatial", "relational")},
+    **{name: make for name, make in REIDENTIFIERS.items() if name != "spatial"},
 }
-"""What is compared; `relations` has the relational rule, which takes longer. The bound comes with every unit
-whose noise a model describes."""
+"""What is compared. The bound comes with every unit whose noise a model describes."""
 
 
 class Unit(NamedTuple):
