@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import isfinite
 from typing import Any, Protocol
 
 import numpy as np
@@ -135,6 +136,10 @@ def checked_action(action: Any, space: spaces.Space[Any]) -> Any:
     Raises:
         gymnasium.error.InvalidAction: it has the wrong shape, is not finite, or is no choice that there is.
     """
+    plain = type(action) is np.ndarray and action.dtype == np.float32 and isinstance(space, spaces.Box)
+    # What agents send most, checked without the detours: no finite numbers have a sum that is not.
+    if plain and action.shape == space.shape and isfinite(sum(action.ravel().tolist())):
+        return action
     try:
         values = np.asarray(action)
         right = values.shape == space.shape and bool(np.isfinite(values).all())

@@ -8,6 +8,7 @@ import numpy as np
 
 from farm_ar.envs.moves import Move
 from farm_ar.game_logic.motion import Motion
+from farm_ar.game_logic.tabletop import Most
 
 
 class Budget(Protocol):
@@ -19,8 +20,8 @@ class Budget(Protocol):
         ...
 
     @property
-    def spent(self) -> bool:
-        """Whether nothing is left of one of them."""
+    def most(self) -> Most:
+        """What the buildings may still be moved by."""
         ...
 
     def fitted(self, moves: list[Move]) -> list[Move]:
@@ -50,9 +51,9 @@ class MotionBudget:
         return self._metres / self._all_metres, self._radians / self._all_radians
 
     @property
-    def spent(self) -> bool:
-        """Whether nothing is left of one of them."""
-        return self._metres == 0 or self._radians == 0
+    def most(self) -> Most:
+        """What the buildings may still be moved by."""
+        return Most(self._metres, self._radians)
 
     def fitted(self, moves: list[Move]) -> list[Move]:
         """The moves with ways and turns each scaled down together as far as needed."""
@@ -83,9 +84,9 @@ class EffortBudget:
         return self._left / self._whole, self._left / self._whole
 
     @property
-    def spent(self) -> bool:
-        """Whether nothing is left."""
-        return self._left == 0
+    def most(self) -> Most:
+        """What the buildings may still be moved by."""
+        return Most(effort=self._left, diagonal=self._diagonal)
 
     def fitted(self, moves: list[Move]) -> list[Move]:
         """The moves, ways and turns scaled down together as far as needed."""

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, Protocol
+from collections.abc import Callable
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from gymnasium import spaces
 
-from farm_ar.arrays import BoolArray, FloatArray
+from farm_ar.arrays import BoolArray
 from farm_ar.envs.actions import MoveAction
 from farm_ar.envs.budget import Budget
 from farm_ar.envs.moves import Move
 from farm_ar.envs.table import TableView
 from farm_ar.envs.worlds import World
-from farm_ar.game_logic.farm_game import FarmGame, Phase
+from farm_ar.game_logic.farm_game import UNMOVED, FarmGame
 from farm_ar.game_logic.hand import MAX_HAND_SPEED, MAX_TWIST
 from farm_ar.game_logic.motion import Motion
-from farm_ar.game_logic.physics import TICK
+from farm_ar.game_logic.plane_kernels import TICK
 from farm_ar.game_logic.tracker import Sighting
 from farm_ar.scenes import visible
 
@@ -27,8 +27,11 @@ STEPS_PER_SECOND = 10
 TICKS_PER_STEP = round(1 / TICK / STEPS_PER_SECOND)
 
 
-@dataclass(frozen=True, eq=False)
-class Outcome:
+Look = Callable[[], TableView]
+"""Gives the table as it stands."""
+
+
+class Outcome(NamedTuple):
     """What an action did.
 
     Args:
@@ -47,11 +50,11 @@ class Control(Protocol):
 
     space: spaces.Space[Any]
 
-    def begin(self, world: World) -> None:
+    def begin(self, world: World, budget: Budget) -> None:
         """A visit begins."""
         ...
 
-    def act(self, action: Any, view: TableView, world: World, budget: Budget) -> Outcome:
+    def act(self, action: Any, look: Look, world: World, budget: Budget) -> Outcome:
         """Carry out an action."""
         ...
 
@@ -62,10 +65,6 @@ class Control(Protocol):
 
     def mask(self, view: TableView) -> BoolArray | None:
         """Which choices make sense now; None where nothing can be masked."""
-        ...
-
-    def hand(self, world: World) -> FloatArray | None:
-        """(8,) the hand: x, z, sin and cos of its yaw, velocity, grip, visible; None without one."""
         ...
 
 
@@ -82,19 +81,20 @@ class MoveControl:
         self._action, self._moves = action, moves
         self._left = moves
 
-    def begin(self, world: World) -> None:
+    def begin(self, world: World, budget: Budget) -> None:
         """The hand comes into view."""
         self._left = self._moves
         world.begin_visit()
 
-    def act(self, action: Any, view: TableView, world: World, budget: Budget) -> Outcome:
+    def act(self, action: Any, look: Look, world: World, budget: Budget) -> Outcome:
         """Carry out the moves, one after the other; what is out of view when its turn comes stays."""
+        view = look()
         moves, total, seen = self.asked(action, view, budget), Motion(), view.in_view
         for asked in moves or []:
             # What was pushed meanwhile may be out of view, and may have cost what was meant for this one.
             (move,) = budget.fitted([asked])
             if seen[move.index] and (np.any(move.displacement) or move.turn):
-                motion = world.move(move.index, move.displacement, move.turn)
+                motion = world.move(move.index, move.displacement, move.turn, most=budget.most)
                 budget.spend(motion)
                 total, seen = total + motion, visible(world.truth, world.camera)
         self._left -= 1
@@ -119,10 +119,6 @@ class MoveControl:
         """Which choices make sense now; None where nothing can be masked."""
         return self._action.mask(view)
 
-    def hand(self, world: World) -> None:
-        """There is none to steer."""
-        return
-
 
 class HandControl:
     """The hand, steered: velocity x, z (1 is 1.5 m/s), twist (1 is pi rad/s), grip when positive.
@@ -136,31 +132,30 @@ class HandControl:
         self._ticks = max(1, round(seconds / TICK))
         self._left = self._ticks
 
-    def begin(self, world: World) -> None:
+    def begin(self, world: World, budget: Budget) -> None:
         """The hand waits at the player's side, out of view."""
-        self._left = self._ticks
-        _game(world).bring_hand()
+        self._left, game = self._ticks, _game(world)
+        game.bring_hand()
+        game.allow(budget.most)
 
-    def act(self, action: Any, view: TableView, world: World, budget: Budget) -> Outcome:
-        """Steer for a tenth of a second. With nothing left of the budget the hand touches nothing."""
-        values = np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0)
-        velocity, twist = MAX_HAND_SPEED * values[:2], MAX_TWIST * float(values[2])
-        closed = bool(values[3] > 0)
-        game, total = _game(world), Motion()
-        for _ in range(min(TICKS_PER_STEP, self._left)):
-            if budget.spent:
-                game.tabletop.raise_hand()
-            motion, sighting = game.tick(velocity, twist, closed and not budget.spent)
-            total += motion
+    def act(self, action: Any, look: Look, world: World, budget: Budget) -> Outcome:
+        """Steer for a tenth of a second. The hand stops before the budget is exceeded, and is then raised."""
+        x, z, twist, closed = action.tolist()
+        game = _game(world)
+        motion, passed, sighting = game.steer(
+            MAX_HAND_SPEED * _clipped(x),
+            MAX_HAND_SPEED * _clipped(z),
+            MAX_TWIST * _clipped(twist),
+            closed > 0,
+            min(TICKS_PER_STEP, self._left),
+        )
+        self._left -= passed
+        if sighting is None and self._left == 0:
+            last, sighting = game.withdraw_hand()
+            motion += last
+        if motion is not UNMOVED:
             budget.spend(motion)
-            self._left -= 1
-            if sighting is not None:
-                return Outcome(total, True, sighting)
-        if self._left > 0:
-            return Outcome(total, False)
-        motion, sighting = game.withdraw_hand()
-        budget.spend(motion)
-        return Outcome(total + motion, True, sighting)
+        return Outcome(motion, sighting is not None or self._left == 0, sighting)
 
     @property
     def left(self) -> float:
@@ -171,22 +166,9 @@ class HandControl:
         """Nothing can be masked."""
         return
 
-    def hand(self, world: World) -> FloatArray | None:
-        """(8,) the hand: x, z, sin and cos of its yaw, velocity over its limit, grip, visible, or None."""
-        game = _game(world)
-        state = game.tabletop.hand
-        if state is None:
-            return None
-        return np.array(
-            [
-                *state.position,
-                np.sin(state.yaw),
-                np.cos(state.yaw),
-                *(state.velocity / MAX_HAND_SPEED),
-                float(state.gripped is not None),
-                float(game.phase is Phase.HAND),
-            ]
-        )
+
+def _clipped(value: float) -> float:
+    return min(max(value, -1.0), 1.0)
 
 
 def _game(world: World) -> FarmGame:

@@ -10,8 +10,9 @@ from farm_ar.arrays import FloatArray
 from farm_ar.game_logic.farm_game import Phase
 from farm_ar.game_logic.moment import Moment
 from farm_ar.game_logic.motion import Motion
+from farm_ar.game_logic.tabletop import Most
 from farm_ar.game_logic.tracker import Sighting, Tracker
-from farm_ar.geometry import wrap
+from farm_ar.geometry import to_pymunk, wrap
 from farm_ar.scenes import Camera, Layout
 
 
@@ -19,8 +20,17 @@ class World(Protocol):
     """The part of `FarmGame` that the environment plays with."""
 
     camera: Camera
-    phase: Phase
     tracker: Tracker
+
+    @property
+    def phase(self) -> Phase:
+        """What is going on."""
+        ...
+
+    @property
+    def phase_name(self) -> str:
+        """The phase as text."""
+        ...
 
     @property
     def truth(self) -> Layout:
@@ -36,8 +46,18 @@ class World(Protocol):
         """The hand comes."""
         ...
 
-    def move(self, index: int, displacement: FloatArray, turn: float) -> Motion:
-        """Move one object."""
+    @property
+    def places(self) -> FloatArray:
+        """(N, 3 or more) true x and z, metres, and pymunk's angle, radians, of all objects."""
+        ...
+
+    @property
+    def changes(self) -> float:
+        """How often that has changed."""
+        ...
+
+    def move(self, index: int, displacement: FloatArray, turn: float, *, most: Most | None = None) -> Motion:
+        """Move one object, and all objects together by no more than so much."""
         ...
 
     def end_visit(self, camera: Camera | None = None) -> Sighting:
@@ -73,6 +93,17 @@ class PlainScene:
         self.camera, self.tracker, self.phase = camera, tracker, Phase.PLAY
         self._position, self._yaw, self._rng = layout.position.copy(), layout.yaw.copy(), rng
         self._truth: Layout | None = layout
+        self.changes = 0.0
+
+    @property
+    def places(self) -> FloatArray:
+        """(N, 3) x and z, metres, and pymunk's angle, radians."""
+        return np.column_stack(to_pymunk(self._position, self._yaw))
+
+    @property
+    def phase_name(self) -> str:
+        """The phase as text."""
+        return self.phase.value
 
     @property
     def truth(self) -> Layout:
@@ -85,12 +116,13 @@ class PlainScene:
         """From now on this camera looks."""
         self.camera, self.phase = camera or self.camera, Phase.HAND
 
-    def move(self, index: int, displacement: FloatArray, turn: float) -> Motion:
-        """Set one object's pose; its pivot stays in the room."""
+    def move(self, index: int, displacement: FloatArray, turn: float, *, most: Most | None = None) -> Motion:
+        """Set one object's pose; its pivot stays in the room. It moves nothing else."""
         before = self._position[index].copy()
         self._position[index] = np.clip(before + displacement, 0.0, self.tracker.scene.size)
         self._yaw[index] += turn
         self._truth = None
+        self.changes += 1
         metres = float(np.linalg.norm(self._position[index] - before))
         return Motion(metres, float(np.abs(wrap(np.asarray(turn)))))
 

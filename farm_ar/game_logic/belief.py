@@ -31,6 +31,7 @@ class Belief:
     def __init__(self, layout: Layout) -> None:
         self._layout = layout
         self._holder = np.arange(len(layout))
+        self._wrong_labels = 0
 
     @property
     def layout(self) -> Layout:
@@ -51,7 +52,7 @@ class Belief:
     @property
     def wrong_labels(self) -> int:
         """How many labels are wrong."""
-        return int(self.wrong.sum())
+        return self._wrong_labels
 
     def state(self) -> list[FloatArray]:
         """All that may change, as arrays."""
@@ -80,6 +81,7 @@ class Belief:
             if not self._layout.fixed[index]:
                 position[index], yaw[index] = detections.position[k], detections.yaw[k]
                 self._holder[index] = source[k]
+        self._wrong_labels = int(self.wrong.sum())
         before = self._layout
         self._layout = before.with_poses(position, yaw)
         moved = np.abs(position - before.position).max(axis=1, initial=0.0)

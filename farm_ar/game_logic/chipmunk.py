@@ -1,14 +1,15 @@
 """A narrow bridge to Chipmunk, the physics inside pymunk: its C functions for Python and compiled code alike.
 
-pymunk drives Chipmunk through cffi, at a microsecond or so a call: many times what a step of a small space takes.
-Here the same C functions, from pymunk's own library, can also be called by what Numba compiles, at the price of a
-function call. Objects are passed as their addresses, vectors as two numbers.
+pymunk drives Chipmunk through cffi, at a microsecond or so a call: many times what a step of a small space
+takes. Here the same C functions, from pymunk's own library, can also be called by what Numba compiles, at
+the price of a function call. Objects are passed as their addresses, vectors as two numbers.
 
-How: the functions' addresses are made known to LLVM by name, so that compiled code which Numba keeps on disk finds
-them in the next process, too. Each is declared by what pymunk's cffi says that it takes and returns; nothing but
-pointers, doubles and `cpVect`, a struct of two doubles, is understood. By the calling conventions of 64-bit x86 and
-ARM, but not of Windows, such a struct travels like two doubles. Where that does not hold, `BRIDGED` is false,
-`compiled` leaves functions as they are, and the same code runs in Python, through cffi, to the same bytes.
+How: the functions' addresses are made known to LLVM by name, so that compiled code which Numba keeps on disk
+finds them in the next process, too. Each is declared by what pymunk's cffi says that it takes and returns;
+nothing but pointers, doubles and `cpVect`, a struct of two doubles, is understood. By the calling
+conventions of 64-bit x86 and ARM, but not of Windows, such a struct travels like two doubles. Where that
+does not hold, `BRIDGED` is false, `compiled` leaves functions as they are, and the same code runs in Python,
+through cffi, to the same bytes.
 
 Nobody but `physics` and `plane_kernels` needs to know of this. Whoever makes an object here has to free it.
 """
@@ -20,12 +21,15 @@ import platform
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-import llvmlite.binding
+import llvmlite.binding  # type: ignore[import-untyped]
 import numba
 from llvmlite import ir
-from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
+from numba.core import cgutils
+from numba.core.typing import templates
 from numba.extending import lower_builtin
 from pymunk._chipmunk_cffi import ffi, lib
+
+from farm_ar.game_logic import compiling
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -38,10 +42,7 @@ _VECTOR = ir.LiteralStructType([_DOUBLE, _DOUBLE])
 
 def compiled(function: Function) -> Function:
     """The function, compiled if what it calls can be called from compiled code."""
-    if not BRIDGED:
-        return function
-    fast: Function = numba.njit(cache=True, nogil=True)(function)
-    return fast
+    return compiling.compiled(function) if BRIDGED else function
 
 
 def address(thing: Any) -> int:
@@ -89,24 +90,30 @@ def foreign(name: str) -> Callable[..., Any]:
 
 def _declare(call: Callable[..., Any], symbol: str, takes: list[str], returns: str) -> None:
     """Tell Numba how to type and to call a function that is linked by its symbol."""
-    types = numba.types
+    # Numba's own types are not declared.
+    types: Any = numba.types
+    typing: Any = templates
+    lowering: Any = lower_builtin
+    building: Any = cgutils
     number, pointer = types.float64, types.int64
     low = {"void": ir.VoidType(), "pointer": _ADDRESS, "double": _DOUBLE, "struct cpVect": _VECTOR}
-    high = {"void": types.none, "pointer": pointer, "double": number, "struct cpVect": types.UniTuple(number, 2)}
-    arguments = []
+    high = {
+        "void": types.none,
+        "pointer": pointer,
+        "double": number,
+        "struct cpVect": types.UniTuple(number, 2),
+    }
+    arguments: list[Any] = []
     for kind in takes:
         arguments += [number, number] if kind == "struct cpVect" else [high[kind]]
     form = ir.FunctionType(low[returns], [_ADDRESS if one is pointer else _DOUBLE for one in arguments])
 
-    class Template(ConcreteTemplate):
-        key = call
-        cases = [signature(high[returns], *arguments)]  # noqa: RUF012  # Numba's own form
+    cases = [typing.signature(high[returns], *arguments)]
+    template = type(symbol, (templates.ConcreteTemplate,), {"key": call, "cases": cases})
+    typing.infer_global(call, types.Function(template))
 
-    infer_global(call, types.Function(Template))
-
-    @lower_builtin(call, *arguments)
     def lower(context: Any, builder: Any, sig: Any, values: Any) -> Any:
-        function = numba.core.cgutils.get_or_insert_function(builder.module, form, symbol)
+        function = building.get_or_insert_function(builder.module, form, symbol)
         result = builder.call(function, values)
         if returns == "void":
             return context.get_dummy_value()
@@ -114,6 +121,8 @@ def _declare(call: Callable[..., Any], symbol: str, takes: list[str], returns: s
             parts = [builder.extract_value(result, 0), builder.extract_value(result, 1)]
             return context.make_tuple(builder, sig.return_type, parts)
         return result
+
+    lowering(call, *arguments)(lower)
 
 
 step_space = foreign("cpSpaceStep")
@@ -123,6 +132,7 @@ add_constraint, remove_constraint = foreign("cpSpaceAddConstraint"), foreign("cp
 new_pivot_joint, new_gear_joint = foreign("cpPivotJointNew2"), foreign("cpGearJointNew")
 set_max_force, set_max_bias = foreign("cpConstraintSetMaxForce"), foreign("cpConstraintSetMaxBias")
 free_constraint = foreign("cpConstraintFree")
+activate = foreign("cpBodyActivate")
 get_position, set_position = foreign("cpBodyGetPosition"), foreign("cpBodySetPosition")
 get_angle, set_angle = foreign("cpBodyGetAngle"), foreign("cpBodySetAngle")
 get_velocity, set_velocity = foreign("cpBodyGetVelocity"), foreign("cpBodySetVelocity")

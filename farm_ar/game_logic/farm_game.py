@@ -6,8 +6,9 @@ from collections.abc import Callable
 from enum import Enum
 
 import numpy as np
+import numpy.typing as npt
 
-from farm_ar.arrays import FloatArray
+from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.errors import SceneError
 from farm_ar.game_logic import kernels, sight, steering
 from farm_ar.game_logic import plane_kernels as plane
@@ -44,6 +45,12 @@ class Phase(Enum):
 
     PLAY = "play"
     HAND = "hand"
+
+
+UNMOVED = Motion()
+
+Running = tuple[IntArray, FloatArray, FloatArray, FloatArray, IntArray]
+"""What `kernels.run` works on: the flock's arrays, the lanes, the counters."""
 
 
 class FarmGame:
@@ -89,8 +96,10 @@ class FarmGame:
         self._shed = int(np.flatnonzero(layout.fixed)[0])
         self._goals = np.flatnonzero(layout.movable)
         self._lanes = Lanes(self._goals, self._shed, rng)
-        self._led = False
-        self._played_on: FloatArray | None = None
+        self._led, self._phase[steering.KNOWN] = False, -1.0
+        self._steered = self.tabletop.arrays
+        self._by_geometry = type(self.hand_detector) is GeometricHandDetector
+        self._make_room(0)
         self.allow(None)
         self._warm_up(animals_a_second)
 
@@ -109,6 +118,11 @@ class FarmGame:
         return Phase.HAND if self._phase[steering.VISITED] else Phase.PLAY
 
     @property
+    def phase_name(self) -> str:
+        """The same as text."""
+        return "hand" if self._phase[steering.VISITED] else "play"
+
+    @property
     def clock(self) -> float:
         """Seconds played so far."""
         return float(self.flock.clock[kernels.NOW])
@@ -117,6 +131,16 @@ class FarmGame:
     def truth(self) -> Layout:
         """Where everything really is."""
         return self.tabletop.layout
+
+    @property
+    def places(self) -> FloatArray:
+        """(N, 3 or more) true x and z, metres, and pymunk's angle, radians, of all objects."""
+        return self.tabletop.arrays[2]
+
+    @property
+    def changes(self) -> float:
+        """How often that has changed."""
+        return float(self.tabletop.arrays[1][plane.CHANGES])
 
     @property
     def believed(self) -> Layout:
@@ -177,6 +201,7 @@ class FarmGame:
         displacement: FloatArray,
         turn: float,
         record: Callable[[Tabletop], None] | None = None,
+        *,
         most: Most | None = None,
     ) -> Motion:
         """The hand carries one building over the table and lets it go; what is in the way is pushed.
@@ -201,7 +226,7 @@ class FarmGame:
         believed = self.believed
         if sighting.changed.any():
             self.flock.redirect(believed.position, sighting.changed)
-            self._led, self._played_on = False, None
+            self._led, self._phase[steering.KNOWN] = False, -1.0
         self._phase[[steering.VISITED, steering.AWAY]] = 0.0
         return sighting
 
@@ -211,13 +236,8 @@ class FarmGame:
         Args:
             seconds: not negative.
         """
-        if self._phase[steering.VISITED]:
-            return
-        self._look_ahead()
-        flock, lanes, counts = self.flock, self._lanes, self.counters.counts
-        end = flock.clock[kernels.NOW] + seconds
-        while not kernels.run(*flock.arrays, lanes.lane, lanes.table, counts, end):
-            flock.make_room(1)
+        if not self._phase[steering.VISITED]:
+            self._run(seconds)
 
     def bring_hand(self) -> None:
         """A hand to steer, at the player's side, out of view."""
@@ -267,57 +287,99 @@ class FarmGame:
         Returns:
             What they did to the buildings, how many there were, and the sighting if they ended a visit.
         """
-        handle, state, box = self.tabletop.arrays
-        metres, radians = state[plane.METRES], state[plane.RADIANS]
-        phase, passed, over = self._phase, 0, False
-        by_geometry = type(self.hand_detector) is GeometricHandDetector
+        passed, over, metres, radians = 0, False, 0.0, 0.0
         while passed < ticks and not over:
-            if by_geometry:
-                done, over = steering.steer(
-                    handle, state, box, self._eye, self._way, phase, vx, vz, -twist, grip, ticks - passed
+            if self._by_geometry:
+                handle, state, box = self._steered
+                order, animal, clock, lane, counts = self._running
+                done, over, pending, way, turn = steering.steer(
+                    handle,
+                    state,
+                    box,
+                    self._eye,
+                    self._way,
+                    self._phase,
+                    order,
+                    animal,
+                    clock,
+                    lane,
+                    counts,
+                    vx,
+                    vz,
+                    -twist,
+                    grip,
+                    ticks - passed,
                 )
             else:
-                steering.press(handle, state, box, self._eye, self._way, vx, vz, -twist, grip)
-                done, over = 1, steering.watch(state, phase, self.sees_hand())
-            passed += done
-            if phase[steering.PENDING]:
-                seconds, phase[steering.PENDING] = phase[steering.PENDING] * TICK_S, 0.0
-                visited, phase[steering.VISITED] = phase[steering.VISITED], 0.0
-                self.play(seconds)
-                phase[steering.VISITED] = visited
-        if over:
-            self.tabletop.settle()
-        motion = Motion(float(state[plane.METRES] - metres), float(state[plane.RADIANS] - radians))
-        return motion, passed, self.end_visit() if over else None
+                done, over, pending, way, turn = self._tick_and_look(vx, vz, -twist, grip)
+            passed, metres, radians = passed + done, metres + way, radians + turn
+            if pending:
+                self._run(pending * TICK_S)
+        motion = Motion(metres, radians) if metres or radians else UNMOVED
+        if not over:
+            return motion, passed, None
+        before = self.tabletop.moved
+        self.tabletop.settle()
+        return motion + (self.tabletop.moved - before), passed, self.end_visit()
+
+    def _tick_and_look(
+        self, vx: float, vz: float, spin: float, grip: bool
+    ) -> tuple[int, bool, float, float, float]:
+        """What `steering.steer` does in a tick, with a detector of its own."""
+        before, phase = self.tabletop.moved, self._phase
+        steering.press(*self._steered, self._eye, self._way, vx, vz, spin, grip)
+        over = bool(steering.watch(self._steered[1], phase, self.sees_hand()))
+        pending, phase[steering.PENDING] = float(phase[steering.PENDING]), 0.0
+        motion = self.tabletop.moved - before
+        return 1, over, pending, motion.metres, motion.radians
+
+    def tell_hand(
+        self, numbers: npt.NDArray[np.float32], left_at: int, at: int, left: tuple[float, float, float, float]
+    ) -> None:
+        """Put four shares and the hand's eight numbers into an observation, as `steering.tell` does."""
+        handle, state, _ = self.tabletop.arrays
+        steering.tell(handle, state, self._phase, numbers, left_at, at, *left)
 
     def sees_hand(self) -> bool:
         """Whether the hand detector sees the hand now."""
         return bool(self.hand_detector.sees_hand(HandView(self.camera, self.tabletop.hand, self.moment)))
 
+    def _run(self, seconds: float) -> None:
+        """Let the animals run."""
+        if self._phase[steering.KNOWN] != self._steered[1][plane.CHANGES]:
+            self._look_ahead()
+        end = self.flock.clock[kernels.NOW] + seconds
+        while True:
+            order, animal, clock, lane, counts = self._running
+            if kernels.run(order, animal, clock, lane, counts, end):
+                return
+            self._make_room(1)
+
+    def _make_room(self, more: int) -> None:
+        self.flock.make_room(more)
+        self._running: Running = (*self.flock.arrays, self._lanes.lane, self.counters.counts)
+
     def _look_ahead(self) -> None:
-        """Have everybody know who arrives where, if buildings have moved or are believed elsewhere."""
-        position, yaw = self.tabletop.poses()
-        if self._led and position is self._played_on:
-            return
-        self._played_on = position
+        """Have everybody know who arrives where, now that buildings have moved or are believed elsewhere."""
         if not self._led:
             self._lanes.lead_to(self.believed, self.scene.size)
         layout = self.scene.layout
-        box = self.flock.look_ahead(position, yaw, layout.size, layout.movable)
-        if box is not None or not self._led:
+        self.flock.look_ahead(*self.tabletop.poses(), layout.size, layout.movable)
+        if self.flock.box is not None:
             self._lanes.look_ahead(self.flock.box)
         self._led = True
+        self._phase[steering.KNOWN] = self.changes
 
     def _warm_up(self, animals_a_second: float) -> None:
         """Fill the lanes with animals that left before the game began, and forget those that are home."""
         clock, n = self.flock.clock, len(self._goals)
         if animals_a_second <= 0:
-            clock[kernels.PERIOD], self._led = np.inf, True
+            clock[kernels.PERIOD] = np.inf
             return
         clock[kernels.PERIOD] = n / animals_a_second
         each = int(np.ceil(WARM_UP_S / clock[kernels.PERIOD]))
         clock[kernels.SENT] = -n * each
-        self.flock.make_room(n * each)
+        self._make_room(n * each)
         clock[kernels.NOW] = -each * clock[kernels.PERIOD]
         self.play(-clock[kernels.NOW])
         clock[[kernels.NOW, kernels.ASTRAY]] = 0.0

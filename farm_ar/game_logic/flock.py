@@ -15,6 +15,7 @@ from farm_ar.geometry import move_end
 
 __all__ = ["Arrivals", "Flock", "clear_curve", "door", "running_curve", "target"]
 
+
 @dataclass(frozen=True, eq=False)
 class Arrivals:
     """The animals that came to the end of their way within one call of `Flock.play`, in order of time.
@@ -57,21 +58,21 @@ class Flock:
         self.clock[kernels.PACE], self.clock[kernels.NEXT] = self.speed, np.inf
         self._order = np.empty(0, dtype=np.int64)
         self._animal = np.empty((0, kernels.ANIMAL))
-        self._table = np.empty((0, 2 * kernels.KNOTS))
         self.box: FloatArray | None = None
 
     def __len__(self) -> int:
         return int(self.clock[kernels.RUNNERS])
 
     @property
-    def arrays(self) -> tuple[IntArray, FloatArray, FloatArray, FloatArray]:
-        """Order, animals, tables and clock, for compiled kernels."""
-        return self._order, self._animal, self._table, self.clock
+    def arrays(self) -> tuple[IntArray, FloatArray, FloatArray]:
+        """Order, animals and clock, for compiled kernels."""
+        return self._order, self._animal, self.clock
 
     @property
     def goal(self) -> IntArray:
         """(A,) index of the label that each animal wants to get to."""
-        return self._animal[self._live, kernels.GOAL].astype(np.int64)
+        goal: IntArray = self._animal[self._live, kernels.GOAL].astype(np.int64)
+        return goal
 
     @property
     def position(self) -> FloatArray:
@@ -123,7 +124,6 @@ class Flock:
         room = max(needed, 2 * held, 64) - held
         self._order = np.concatenate([self._order, np.arange(held, held + room)])
         self._animal = np.concatenate([self._animal, np.zeros((room, kernels.ANIMAL))])
-        self._table = np.concatenate([self._table, np.zeros((room, 2 * kernels.KNOTS))])
 
     def redirect(self, goal_end: FloatArray, changed: BoolArray) -> None:
         """Move the ends of the curves that lead to labels now believed elsewhere.
@@ -217,13 +217,14 @@ class Flock:
     def _along(self, slots: IntArray) -> FloatArray:
         """(C,) how far they have run, metres; 0 for those that wait."""
         ran = self.speed * (self.clock[kernels.NOW] - self._animal[slots, kernels.ZERO])
-        return np.maximum(ran, 0.0)
+        along: FloatArray = np.maximum(ran, 0.0)
+        return along
 
     def _curves(self, slots: IntArray) -> tuple[FloatArray, FloatArray]:
         """(C, 4, 2) the curves of animals, and (C,) the parameters where they are on them."""
-        curve, table = self._animal[slots, kernels.CURVE :].reshape(-1, 4, 2), self._table[slots]
+        curve = self._animal[slots, kernels.CURVE :].reshape(-1, 4, 2)
         parameter = np.empty(len(curve))
-        kernels.locate(curve, table, self._along(slots), parameter)
+        kernels.locate(curve, self._along(slots), parameter)
         return curve, parameter
 
     def _stand(self) -> tuple[FloatArray, FloatArray]:
@@ -242,9 +243,6 @@ class Flock:
     def _set_curves(self, slots: IntArray, curve: FloatArray) -> None:
         """Give animals other curves, (C, 4, 2)."""
         self._animal[slots, kernels.CURVE :] = curve.reshape(-1, 8)
-        table = np.empty((len(slots), 2 * kernels.KNOTS))
-        kernels.tabulate(curve, table)
-        self._table[slots] = table
         self.box = None
 
 

@@ -1,8 +1,8 @@
 """The player's hand: a disc that bumps into buildings while it is low, and that holds one when it grips.
 
 Hovering it is not in the space at all. Low it is a disc, holding it is a point of the building, and an arm of
-limited force makes the disc or the building move as it is steered. The arm follows a velocity, not a place: when
-something holds it up it presses, but does not make up for it afterwards.
+limited force makes the disc or the building move as it is steered. The arm follows a velocity, not a place:
+when something holds it up it presses, but does not make up for it afterwards.
 """
 
 from __future__ import annotations

@@ -5,15 +5,14 @@ to p[7]. Its arc length is tabulated at up to KNOTS parameters, closer together 
 cusp), so that lengths are right to rounding everywhere. Where a curve enters a footprint is solved for, not
 stepped up to: no corner is clipped so slightly that it is missed.
 
-All in one module, because Numba's cache on disk does not notice a change in a kernel of another one.
 """
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
+from farm_ar.game_logic.compiling import compiled
 
 KNOTS = 64
 """Entries of a table of arc length: room for some even steps and for many where a curve nearly stops."""
@@ -22,13 +21,14 @@ RUNNING, NOWHERE = -2, -1
 """In place of a building: still on the way; come to the end of the curve inside nothing."""
 
 GOAL, INTO, ZERO, DUE, CURVE, ANIMAL = 0, 1, 2, 3, 4, 12
-"""Columns of what is known of an animal: the label that it wants to get to; the building in which it will arrive; when
-it is, or was, at the start of its curve, and when it arrives, seconds; the curve; how many columns there are."""
+"""Columns of what is known of an animal: the label that it wants to get to; the building in which it will
+arrive; when it is, or was, at the start of its curve, and when it arrives, seconds; the curve; how many
+columns there are."""
 
 NOW, PACE, RUNNERS, NEXT, PERIOD, SENT, ASTRAY, CLOCKS = range(8)
-"""Places in a flock's clock: the time, seconds; metres a second; how many are on their way; when the next arrives; how
-often a label sends one; how many have been sent; how many of those that arrived have not got into the building of
-their label; how many places there are."""
+"""Places in a flock's clock: the time, seconds; metres a second; how many are on their way; when the next
+arrives; how often a label sends one; how many have been sent; how many of those that arrived have not got
+into the building of their label; how many places there are."""
 
 LANE = 11
 """Columns of a lane."""
@@ -44,7 +44,7 @@ _CONVERGED = 1e-8  # a step of Newton's method this small leaves an error of rou
 _NODES, _WEIGHTS = (1 + np.polynomial.legendre.leggauss(8)[0]) / 2, np.polynomial.legendre.leggauss(8)[1] / 2
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def polynomial(curve: FloatArray) -> Polynomial:
     """Coefficients of a curve of control points (4, 2)."""
     x0, x1, x2, x3 = curve[0, 0], curve[1, 0], curve[2, 0], curve[3, 0]
@@ -54,7 +54,7 @@ def polynomial(curve: FloatArray) -> Polynomial:
     return x0, xb, xc, xd, z0, zb, zc, zd
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def speed(p: Polynomial, t: float) -> float:
     """Length of a curve's derivative, metres per unit of the parameter."""
     x, z = p[1] + t * (2 * p[2] + 3 * p[3] * t), p[5] + t * (2 * p[6] + 3 * p[7] * t)
@@ -62,7 +62,7 @@ def speed(p: Polynomial, t: float) -> float:
     return length
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def stretch(p: Polynomial, begin: float, end: float) -> float:
     """Length of a curve between two parameters by one quadrature, metres."""
     total = 0.0
@@ -72,7 +72,7 @@ def stretch(p: Polynomial, begin: float, end: float) -> float:
     return (end - begin) * total
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def turning_points(b: float, c: float, d: float) -> tuple[float, float]:
     """Where from -1 to 1 b + 2 c t + 3 d t² is zero; 2, beyond every curve, for a root that is not there."""
     inside = c * c - 3 * b * d
@@ -83,7 +83,7 @@ def turning_points(b: float, c: float, d: float) -> tuple[float, float]:
     return first, b / q if q != 0 and abs(b) <= abs(q) else 2.0
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def measure_one(curve: FloatArray, knot: FloatArray, travelled: FloatArray) -> None:
     """Tabulate the arc length of a curve: steps are halved until two quadratures agree with one.
 
@@ -131,7 +131,7 @@ def measure_one(curve: FloatArray, knot: FloatArray, travelled: FloatArray) -> N
     knot[used:], travelled[used:] = 1.0, length
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def measure(
     curve: FloatArray, along: FloatArray, parameter: FloatArray, knot: FloatArray, travelled: FloatArray
 ) -> None:
@@ -149,21 +149,18 @@ def measure(
         parameter[a] = parameter_at(polynomial(curve[a]), knot[a], travelled[a], max(along[a], 0.0))
 
 
-@numba.njit(cache=True, nogil=True)
-def tabulate(curve: FloatArray, table: FloatArray) -> None:
-    """Fill in the tables (A, 2 KNOTS) of arc length of curves (A, 4, 2)."""
+@compiled
+def locate(curve: FloatArray, along: FloatArray, parameter: FloatArray) -> None:
+    """Fill in the parameters (A,) of curves (A, 4, 2) after (A,) metres."""
+    knot, travelled = np.empty(KNOTS), np.empty(KNOTS)
     for a in range(len(curve)):
-        measure_one(curve[a], table[a, :KNOTS], table[a, KNOTS:])
+        parameter[a] = 0.0
+        if along[a] > 0:
+            measure_one(curve[a], knot, travelled)
+            parameter[a] = parameter_at(polynomial(curve[a]), knot, travelled, along[a])
 
 
-@numba.njit(cache=True, nogil=True)
-def locate(curve: FloatArray, table: FloatArray, along: FloatArray, parameter: FloatArray) -> None:
-    """Fill in the parameters (A,) of curves (A, 4, 2) with tables (A, 2 KNOTS) after (A,) metres."""
-    for a in range(len(curve)):
-        parameter[a] = parameter_at(polynomial(curve[a]), table[a, :KNOTS], table[a, KNOTS:], along[a])
-
-
-@numba.njit(cache=True, nogil=True)
+@compiled
 def last_below(values: FloatArray, value: float) -> int:
     """Index of the last of rising values (K,) that is not above `value`, at most K - 2."""
     i = 0  # from the front: most tables have few steps
@@ -172,7 +169,7 @@ def last_below(values: FloatArray, value: float) -> int:
     return i
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def length_at(p: Polynomial, knot: FloatArray, travelled: FloatArray, t: float) -> float:
     """Length of a curve up to a parameter, by its table (KNOTS,), metres."""
     i = last_below(knot, t)
@@ -180,7 +177,7 @@ def length_at(p: Polynomial, knot: FloatArray, travelled: FloatArray, t: float) 
     return length
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def parameter_at(p: Polynomial, knot: FloatArray, travelled: FloatArray, length: float) -> float:
     """Parameter at which a curve is so many metres long, by its table (KNOTS,); 1 beyond its end.
 
@@ -215,7 +212,7 @@ def parameter_at(p: Polynomial, knot: FloatArray, travelled: FloatArray, length:
             return t
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def strip_entry(a: float, b: float, c: float, d: float, half: float, begin: float, end: float) -> float:
     """First parameter at which a cubic, monotone from `begin` to `end`, is within ±half; 2 for never."""
     first, last = a + begin * (b + begin * (c + begin * d)), a + end * (b + end * (c + end * d))
@@ -243,7 +240,7 @@ def strip_entry(a: float, b: float, c: float, d: float, half: float, begin: floa
     return t
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def footprint_entry(p: Polynomial, begin: float, end: float, box: FloatArray) -> float:
     """First parameter from `begin` to `end` at which a curve is in a footprint, edges included; 2 for never.
 
@@ -280,7 +277,7 @@ def footprint_entry(p: Polynomial, begin: float, end: float, box: FloatArray) ->
         begin = stop
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def boxes(position: FloatArray, yaw: FloatArray, size: FloatArray, obstacles: BoolArray) -> FloatArray:
     """Footprints of N buildings as `footprint_entry` wants them.
 
@@ -300,7 +297,7 @@ def boxes(position: FloatArray, yaw: FloatArray, size: FloatArray, obstacles: Bo
     return box
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def hull(a: float, b: float, c: float, d: float, begin: float, end: float) -> tuple[float, float]:
     """Least and greatest control point of a cubic's part from `begin` to `end`: it stays between the two."""
     third = (end - begin) / 3
@@ -310,7 +307,7 @@ def hull(a: float, b: float, c: float, d: float, begin: float, end: float) -> tu
     return min(first, second, before_last, last), max(first, second, before_last, last)
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def first_building(p: Polynomial, begin: float, end: float, box: FloatArray) -> tuple[int, float]:
     """The first of the footprints (N, 8) that a curve is in from `begin` to `end`, and at which parameter.
 
@@ -333,7 +330,7 @@ def first_building(p: Polynomial, begin: float, end: float, box: FloatArray) -> 
     return first, entry
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def standing_at(x: float, z: float, box: FloatArray) -> int:
     """Which of the footprints (N, 8) a point is in, edges included; of several the least, NOWHERE if none."""
     for i in range(len(box)):
@@ -343,7 +340,7 @@ def standing_at(x: float, z: float, box: FloatArray) -> int:
     return NOWHERE
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def stays_on(p: Polynomial, table: FloatArray) -> bool:
     """Whether a whole curve is on a table from (0, 0) to (2,)."""
     for axis in range(2):
@@ -357,17 +354,16 @@ def stays_on(p: Polynomial, table: FloatArray) -> bool:
     return True
 
 
-@numba.njit(cache=True, nogil=True)
-def keeps_clear(p: Polynomial, goal: int, own: FloatArray, box: FloatArray) -> bool:
+@compiled
+def keeps_clear(p: Polynomial, goal: int, entry: float, box: FloatArray) -> bool:
     """Whether a curve is in its goal's footprint before it is in any other.
 
     Args:
         p: the curve.
         goal: the building it leads to.
-        own: (8,) its footprint.
+        entry: the parameter at which it enters the goal's footprint.
         box: (N, 8) the footprints, that of the goal anywhere; taken out and put back.
     """
-    entry = footprint_entry(p, 0.0, 1.0, own)
     centre = box[goal, 0]
     box[goal, 0] = np.nan
     reached = first_building(p, 0.0, min(entry, 1.0), box)[1]
@@ -375,7 +371,7 @@ def keeps_clear(p: Polynomial, goal: int, own: FloatArray, box: FloatArray) -> b
     return reached >= entry
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def dodge(
     curve: FloatArray, aside: FloatArray, bows: FloatArray, goal: IntArray, box: FloatArray, table: FloatArray
 ) -> None:
@@ -390,35 +386,147 @@ def dodge(
             The goal's own is taken from the last.
         table: (2,) width and depth of the table, metres.
     """
-    bowed = np.empty((4, 2))
     for k in range(len(curve)):
-        own = box[2, goal[k]].copy()
-        found = False
-        for attempt in range(3):
-            for bow in bows:
-                bowed[:] = curve[k]
-                for axis in range(2):
-                    bowed[1:3, axis] += bow * aside[k, axis]
-                p = polynomial(bowed)
-                if (attempt == 2 or stays_on(p, table)) and keeps_clear(p, goal[k], own, box[attempt]):
-                    curve[k] = bowed
-                    found = True
-                    break
-            if found:
-                break
+        dodge_one(curve[k], aside[k, 0], aside[k, 1], bows, goal[k], box, table)
 
 
-@numba.njit(cache=True, nogil=True)
-def arrival(
-    curve: FloatArray, table: FloatArray, along: float, box: FloatArray
-) -> tuple[int, float]:
+@compiled
+def dodge_one(
+    curve: FloatArray,
+    aside_x: float,
+    aside_z: float,
+    bows: FloatArray,
+    goal: int,
+    box: FloatArray,
+    table: FloatArray,
+) -> None:
+    """`dodge` for one curve, (4, 2)."""
+    bowed, second, third = np.empty((4, 2)), np.empty((4, 2)), np.empty((4, 2))
+    own = box[2, goal].copy()
+    found_second = found_third = False
+    for bow in bows:
+        bowed[:] = curve
+        for i in range(1, 3):
+            bowed[i, 0] += bow * aside_x
+            bowed[i, 1] += bow * aside_z
+        p = polynomial(bowed)
+        entry = footprint_entry(p, 0.0, 1.0, own)
+        # The first footprints hold the second, and those the third: most that fail do so at the third.
+        if not keeps_clear(p, goal, entry, box[2]):
+            continue
+        stays = stays_on(p, table)
+        if stays and keeps_clear(p, goal, entry, box[0]):
+            curve[:] = bowed
+            return
+        if not found_second and stays and keeps_clear(p, goal, entry, box[1]):
+            second[:] = bowed
+            found_second = True
+        elif not found_third:
+            third[:] = bowed
+            found_third = True
+    if found_second:
+        curve[:] = second
+    elif found_third:
+        curve[:] = third
+
+
+@compiled
+def footprints_to_dodge(
+    position: FloatArray,
+    yaw: FloatArray,
+    size: FloatArray,
+    enterable: BoolArray,
+    clearance: float,
+    wall: float,
+) -> FloatArray:
+    """The (3, N, 8) footprints that `dodge` keeps clear of.
+
+    Args:
+        position: (N, 2) centres, metres.
+        yaw: (N,) headings, radians.
+        size: (N, 3) width, height, depth, metres.
+        enterable: (N,) buildings that an animal can enter.
+        clearance: how far to keep from these at first, metres.
+        wall: how far a curve may run inside the front of others, metres.
+    """
+    n = len(yaw)
+    wide, narrow, box = size.copy(), size.copy(), np.empty((3, n, 8))
+    for i in range(n):
+        if enterable[i]:
+            wide[i] += 2 * clearance
+        else:
+            wide[i] -= 2 * wall
+            narrow[i] -= 2 * wall
+    everything = np.ones(n, dtype=np.bool_)
+    box[0], box[1] = boxes(position, yaw, wide, everything), boxes(position, yaw, narrow, everything)
+    box[2] = boxes(position, yaw, narrow, enterable)
+    return box
+
+
+@compiled
+def lead(
+    lane: FloatArray,
+    spread: FloatArray,
+    shed: int,
+    position: FloatArray,
+    yaw: FloatArray,
+    size: FloatArray,
+    enterable: BoolArray,
+    shape: FloatArray,
+    bows: FloatArray,
+    table: FloatArray,
+) -> None:
+    """Lead lanes from the shed's door to buildings, as `paths.running_curve` and `paths.clear_curve` do.
+
+    Args:
+        lane: (n, L, LANE) lanes; their curves are filled in.
+        spread: (n, L) how far each bows out to the right, metres.
+        shed: index of the shed.
+        position: (N, 2) centres of the buildings, metres.
+        yaw: (N,) headings, radians.
+        size: (N, 3) width, height, depth, metres.
+        enterable: (N,) buildings that an animal can enter.
+        shape: (4,) a handle's length as a part of the way, by how much more control points move than the
+            curve's middle, the clearance and the wall.
+        bows: (C,) by how much curves may be bowed, in order of preference, metres.
+        table: (2,) width and depth of the table, metres.
+    """
+    box = footprints_to_dodge(position, yaw, size, enterable, shape[2], shape[3])
+    sine, cosine = np.sin(yaw[shed]), np.cos(yaw[shed])
+    start_x, start_z = (
+        position[shed, 0] + size[shed, 2] / 2 * sine,
+        position[shed, 1] + size[shed, 2] / 2 * cosine,
+    )
+    curve = np.empty((4, 2))
+    for k in range(lane.shape[0]):
+        goal = int(lane[k, 0, 0])
+        way_x, way_z = position[goal, 0] - start_x, position[goal, 1] - start_z
+        way = np.sqrt(way_x * way_x + way_z * way_z)
+        handle = shape[0] * way
+        right_x, right_z = (way_z / way, -way_x / way) if way > 0 else (1.0, 0.0)
+        end_sine, end_cosine = np.sin(yaw[goal]), np.cos(yaw[goal])
+        for i in range(lane.shape[1]):
+            bow = shape[1] * spread[k, i]
+            curve[0, 0], curve[0, 1] = start_x, start_z
+            curve[1, 0], curve[1, 1] = (
+                start_x + handle * sine + bow * right_x,
+                start_z + handle * cosine + bow * right_z,
+            )
+            curve[2, 0] = position[goal, 0] + handle * end_sine + bow * right_x
+            curve[2, 1] = position[goal, 1] + handle * end_cosine + bow * right_z
+            curve[3, 0], curve[3, 1] = position[goal, 0], position[goal, 1]
+            dodge_one(curve, right_x, right_z, bows, goal, box, table)
+            lane[k, i, 3:] = curve.reshape(8)
+
+
+@compiled
+def arrival(curve: FloatArray, along: float, box: FloatArray) -> tuple[int, float]:
     """Where an animal arrives that runs on: in the building where its curve ends, or at its end.
 
     What else stands in the way does not stop it.
 
     Args:
         curve: (4, 2) control points, metres.
-        table: (2 KNOTS,) its table of arc length: parameters, then lengths.
         along: how far it has run, metres; below 0 while it waits at the start.
         box: (N, 8) footprints from `boxes`.
 
@@ -426,7 +534,8 @@ def arrival(
         The building, or NOWHERE; and how far along the curve that is, metres, not less than it has run.
     """
     p = polynomial(curve)
-    knot, travelled = table[:KNOTS], table[KNOTS:]
+    knot, travelled = np.empty(KNOTS), np.empty(KNOTS)
+    measure_one(curve, knot, travelled)
     begun = max(along, 0.0)
     aim = standing_at(curve[3, 0], curve[3, 1], box)
     if aim != NOWHERE:
@@ -438,20 +547,13 @@ def arrival(
     return NOWHERE, max(travelled[-1], along)
 
 
-@numba.njit(cache=True, nogil=True)
-def foresee(
-    order: IntArray,
-    animal: FloatArray,
-    table: FloatArray,
-    clock: FloatArray,
-    box: FloatArray,
-) -> None:
+@compiled
+def foresee(order: IntArray, animal: FloatArray, clock: FloatArray, box: FloatArray) -> None:
     """Find out when and where animals arrive if everything stays as it stands.
 
     Args:
         order: (C,) slots of those on their way in the order in which they were added, then of nobody.
         animal: (C, ANIMAL) what is known of each, by slot; `DUE` and `INTO` are filled in.
-        table: (C, 2 KNOTS) tables of arc length.
         clock: (CLOCKS,) the flock's clock; `NEXT` is brought up to date.
         box: (N, 8) footprints from `boxes`.
     """
@@ -461,24 +563,30 @@ def foresee(
         slot = order[i]
         curve = animal[slot, CURVE:].reshape(4, 2)
         along = pace * (now - animal[slot, ZERO])
-        into, reached = arrival(curve, table[slot], along, box)
+        into, reached = arrival(curve, along, box)
         animal[slot, INTO] = into
         animal[slot, DUE] = max(animal[slot, ZERO] + reached / pace, now)
         clock[NEXT] = min(clock[NEXT], animal[slot, DUE])
 
 
-@numba.njit(cache=True, nogil=True)
-def lanes_end(lane: FloatArray, table: FloatArray, box: FloatArray) -> None:
-    """Fill in where those who take lanes (n, L, LANE) with tables (n, L, 2 KNOTS) arrive, and after how many metres."""
+@compiled
+def lanes_end(lane: FloatArray, box: FloatArray) -> None:
+    """Fill in where those who take lanes (n, L, LANE) arrive, and after how many metres."""
     for k in range(lane.shape[0]):
         for i in range(lane.shape[1]):
-            into, reached = arrival(lane[k, i, 3:].reshape(4, 2), table[k, i], 0.0, box)
+            into, reached = arrival(lane[k, i, 3:].reshape(4, 2), 0.0, box)
             lane[k, i, 1], lane[k, i, 2] = into, reached
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def take_in(
-    order: IntArray, animal: FloatArray, clock: FloatArray, end: float, goal: IntArray, into: IntArray, due: FloatArray
+    order: IntArray,
+    animal: FloatArray,
+    clock: FloatArray,
+    end: float,
+    goal: IntArray,
+    into: IntArray,
+    due: FloatArray,
 ) -> int:
     """Take those off the table who arrive by the time `end`, and set the clock to it.
 
@@ -515,29 +623,27 @@ def take_in(
     return gone
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def run(
     order: IntArray,
     animal: FloatArray,
-    table: FloatArray,
     clock: FloatArray,
     lane: FloatArray,
-    lane_table: FloatArray,
     counts: IntArray,
     end: float,
 ) -> bool:
     """Let the game's animals run until the time `end`: send out those that are due, count those that arrive.
 
-    The label in place k of n sends its j-th animal at (j + k / n) periods, on its lane j modulo the number of lanes.
+    The label in place k of n sends its j-th animal at (j + k / n) periods, on its lane j modulo the number
+    of lanes.
 
     Args:
         order: (C,) as in `foresee`; brought up to date.
         animal: (C, ANIMAL) likewise.
-        table: (C, 2 KNOTS) likewise.
         clock: (CLOCKS,) likewise.
         lane: (n, L, LANE) the lanes: label, building where it ends, length up to there, control points.
-        lane_table: (n, L, 2 KNOTS) their tables of arc length.
-        counts: (3, N) how many have got in, of these into another label's building, and have stranded, by label.
+        counts: (3, N) how many have got in, of these into another label's building, and have stranded, by
+            label.
         end: seconds.
 
     Returns:
@@ -558,7 +664,6 @@ def run(
         animal[slot, GOAL], animal[slot, INTO] = own[0], own[1]
         animal[slot, ZERO], animal[slot, DUE] = leaves, leaves + own[2] / clock[PACE]
         animal[slot, CURVE:] = own[3:]
-        table[slot] = lane_table[place, turn % lanes]
         clock[NEXT] = min(clock[NEXT], animal[slot, DUE])
         clock[RUNNERS], clock[SENT] = live + 1, sent + 1
     if clock[NEXT] > end:
@@ -579,13 +684,13 @@ def run(
     return True
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def point_at(p: Polynomial, t: float) -> tuple[float, float]:
     """Where a curve is at a parameter, metres."""
     return p[0] + t * (p[1] + t * (p[2] + t * p[3])), p[4] + t * (p[5] + t * (p[6] + t * p[7]))
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def stand(curve: FloatArray, parameter: FloatArray, point: FloatArray, heading: FloatArray) -> None:
     """Where animals are and where they run to.
 
@@ -607,7 +712,7 @@ def stand(curve: FloatArray, parameter: FloatArray, point: FloatArray, heading: 
         heading[a] = np.arctan2(x, z)
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def cut(curve: FloatArray, parameter: FloatArray, rest: FloatArray) -> None:
     """Cut off what lies behind animals (de Casteljau).
 

@@ -113,16 +113,22 @@ def clear_curve(
     """
     bowed, enterable = np.array(curve, np.float64, order="C"), np.array(obstacles, dtype=np.bool_)
     poses = np.array(position, np.float64, order="C"), np.array(yaw, np.float64, order="C")
-    sides = np.array(size, np.float64, order="C") - 2 * WALL_M * ~enterable[:, None]
-    wider = sides + 2 * CLEARANCE_M * enterable[:, None]
-    everything = np.ones_like(enterable)
-    boxes = (kernels.boxes(*poses, wider, everything), kernels.boxes(*poses, sides, everything))
+    sides = np.array(size, np.float64, order="C")
     kernels.dodge(
         bowed,
         direction(heading(bowed[:, 3] - bowed[:, 0]) + np.pi / 2),
-        _PULL * float(np.hypot(*table)) * _BOWS,
+        bows(table),
         np.array(goal, dtype=np.int64),
-        np.stack([*boxes, kernels.boxes(*poses, sides, enterable)]),
+        kernels.footprints_to_dodge(*poses, sides, enterable, CLEARANCE_M, WALL_M),
         np.array(table, dtype=np.float64),
     )
     return bowed
+
+
+def bows(table: tuple[float, float]) -> FloatArray:
+    """(C,) by how much inner control points are moved to bow a curve out, in order of preference, metres."""
+    return _PULL * float(np.hypot(*table)) * _BOWS
+
+
+SHAPE = np.array([_HANDLE, _PULL, CLEARANCE_M, WALL_M])
+"""What `kernels.lead` has to know of these curves."""

@@ -14,6 +14,7 @@ from farm_ar.game_logic.hand import HandState
 from farm_ar.game_logic.moment import Moment
 from farm_ar.scenes import PERFECT, Camera, Detector, Layout, Snapshot, observe_many
 
+
 @dataclass(frozen=True, eq=False)
 class Perceived:
     """A snapshot, and what only the referee knows of it.

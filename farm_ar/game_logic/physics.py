@@ -6,8 +6,6 @@ pixels, and in metres its slop alone would let buildings stand 10 cm inside each
 
 from __future__ import annotations
 
-import weakref
-
 import numpy as np
 from pymunk._chipmunk_cffi import ffi, lib
 
@@ -40,12 +38,17 @@ _ITERATIONS = 20  # with 10, what is forced into a gap as wide as itself now and
 _SLOP = 2e-4
 _BIAS = 0.7**60  # 30% of an overlap is undone in each tick
 
+# What has moved by less than so many metres a second for so many seconds is left out of the steps until
+# something touches it. By then half a percent is left of an overlap, whose undoing does not count as speed.
+_SLEEP_S, _SLEEP_SPEED = 0.25, 3e-3
+
 
 class Plane:
-    """Boxes on a plane without gravity, where whatever slides comes to rest, and a hand that is not there yet.
+    """Boxes on a plane without gravity, where what slides comes to rest, and a hand that is not there yet.
 
-    Everything is made in the order of the arguments, so that the same calls give the same bytes. The objects are
-    Chipmunk's own, made through pymunk's C functions: pymunk's Python objects take twenty times as long to make.
+    Everything is made in the order of the arguments, so that the same calls give the same bytes. The objects
+    are Chipmunk's own, made through pymunk's C functions: pymunk's Python objects take twenty times as long
+    to make.
 
     Args:
         position: (N, 2) centres of the boxes, metres.
@@ -79,12 +82,15 @@ class Plane:
         self._parts = _Parts()
         self._fill()
         self.handle[: len(self._parts.handle)] = self._parts.handle
-        weakref.finalize(self, _free, self.handle, self._parts).atexit = False
+        # Freed with it.
+        self._space = ffi.gc(self._parts.space, _Freeing(self.handle, self._parts))
 
     def _fill(self) -> None:
         make, width, depth = self._parts, self.state[kernels.WIDTH], self.state[kernels.DEPTH]
         for row in self.box.tolist():
-            make.box(*row[:3], 2 * row[kernels.HALF_WIDTH], 2 * row[kernels.HALF_DEPTH], bool(row[kernels.MOVABLE]))
+            x, z, angle = row[: kernels.BOX_ANGLE + 1]
+            sides = 2 * row[kernels.HALF_WIDTH], 2 * row[kernels.HALF_DEPTH]
+            make.box(x, z, angle, *sides, bool(row[kernels.MOVABLE]))
         make.edges(float(width), float(depth))
 
 
@@ -97,6 +103,8 @@ class _Parts:
         lib.cpSpaceSetIterations(self.space, _ITERATIONS)
         lib.cpSpaceSetCollisionSlop(self.space, _SLOP)
         lib.cpSpaceSetCollisionBias(self.space, _BIAS)
+        lib.cpSpaceSetSleepTimeThreshold(self.space, _SLEEP_S)
+        lib.cpSpaceSetIdleSpeedThreshold(self.space, _SLEEP_SPEED)
         arm, disc = lib.cpBodyNewKinematic(), lib.cpBodyNew(_HAND_MASS, _HAND_MOMENT)
         around = lib.cpCircleShapeNew(disc, HAND_RADIUS, (0.0, 0.0))
         lib.cpShapeSetFriction(around, FRICTION)
@@ -129,21 +137,25 @@ class _Parts:
         ends = (left, near, right, 0.0), (left, depth, right, far)
         everywhere = lib.cpSpaceGetStaticBody(self.space)
         for x0, z0, x1, z1 in sides + ends:
-            corners = ffi.new("struct cpVect[4]", [(x0, z0), (x1, z0), (x1, z1), (x0, z1)])
-            edge = lib.cpPolyShapeNewRaw(everywhere, 4, corners, 0.0)
+            edge = lib.cpBoxShapeNew2(everywhere, (x0, z0, x1, z1), 0.0)
             lib.cpShapeSetFriction(edge, FRICTION)
             lib.cpShapeSetFilter(edge, (0, EDGE, MOVABLE))
             lib.cpSpaceAddShape(self.space, edge)
             self.shapes.append(edge)
 
 
-def _free(handle: Addresses, parts: _Parts) -> None:
-    """Free a plane's objects: the space first, which still looks at its bodies."""
-    lib.cpSpaceFree(parts.space)
-    for joint in handle[[kernels.PULL, kernels.TWIST]].tolist():
-        if joint:
-            lib.cpConstraintFree(ffi.cast("struct cpConstraint *", joint))
-    for shape in parts.shapes:
-        lib.cpShapeFree(shape)
-    for body in parts.bodies:
-        lib.cpBodyFree(body)
+class _Freeing:
+    """Frees a plane's objects: the space first, which still looks at its bodies."""
+
+    def __init__(self, handle: Addresses, parts: _Parts) -> None:
+        self._handle, self._shapes, self._bodies = handle, parts.shapes, parts.bodies
+
+    def __call__(self, space: object) -> None:
+        lib.cpSpaceFree(space)
+        for joint in self._handle[[kernels.PULL, kernels.TWIST]].tolist():
+            if joint:
+                lib.cpConstraintFree(ffi.cast("struct cpConstraint *", joint))
+        for shape in self._shapes:
+            lib.cpShapeFree(shape)
+        for body in self._bodies:
+            lib.cpBodyFree(body)

@@ -2,12 +2,12 @@
 
 They work on three arrays of one plane, so that a call costs little:
 
-* `handle`: addresses of Chipmunk's objects, as named by `SPACE` to `FIRST`; from `FIRST` on the boxes' bodies.
+* `handle`: addresses of Chipmunk's objects, as named by `SPACE` to `FIRST`; from `FIRST` on the boxes'
+bodies.
 * `state`: numbers that change, as named by `TICKS` to `STATES`.
 * `box`: a row for each box, its columns named by `BOX_X` to `COLUMNS`.
 
-All in one module, because Numba's cache on disk does not notice a change in a kernel of another one. Only `math` is
-used, not NumPy, so that they give the same bytes where they are not compiled.
+Only `math` is used, not NumPy, so that they give the same bytes where they are not compiled.
 """
 
 from __future__ import annotations
@@ -52,10 +52,10 @@ SPACE, ARM, DISC, DISC_SHAPE, PULL, TWIST, MOVED, FIRST = range(8)
     CHANGES,
     STATES,
 ) = range(22)
-"""Places in `state`: ticks so far; whether all is still, and for how many ticks nothing was touched; whether there is a
-hand, it hovers, is to go down, and which box it holds (-1 for none); where it hovers; how it is steered; the point of
-the moved body that it is at, and how it is turned against that; the plane's extent; the way and the turns of all boxes
-so far; how often poses have changed; how many places there are."""
+"""Places in `state`: ticks so far; whether all is still, and for how many ticks nothing was touched; whether
+there is a hand, it hovers, is to go down, and which box it holds (-1 for none); where it hovers; how it is
+steered; the point of the moved body that it is at, and how it is turned against that; the plane's extent;
+the way and the turns of all boxes so far; how often poses have changed; how many places there are."""
 
 BOX_X, BOX_Z, BOX_ANGLE, HALF_WIDTH, HALF_DEPTH, MOVABLE, OLD_X, OLD_Z, OLD_ANGLE, ELEVATION, COLUMNS = range(
     11
@@ -90,8 +90,8 @@ how high its pivot is."""
 """Places in `way`, a guided way of the hand."""
 
 # At rest: from the sixth tick after the last touch on, nothing gets on by more than 3 mm/s, or 30 mrad/s, in
-# three ticks. Places are compared because what pushes overlapping boxes apart does not show in their velocities,
-# over three ticks because a wedged box trembles.
+# three ticks. Places are compared because what pushes overlapping boxes apart does not show in their
+# velocities, over three ticks because a wedged box trembles.
 _WINDOW = 3
 _STILL_METRES, _STILL_RADIANS = 3e-3 * _WINDOW * TICK, 3e-2 * _WINDOW * TICK
 
@@ -111,9 +111,9 @@ MAX_HAND_SPEED = 1.5
 MAX_TWIST = pi
 """Fastest that a hand is turned, radians a second."""
 
-# Steps of the simulation in a tick. A hand faster than `_FAST`, metres a second, moves too far in a whole tick
-# for clean bumps. A guided hand presses, and with fewer steps it now and then wedges a box in. While nothing is
-# near what moves, and nothing else moves by more than `_SLOW`, one step does.
+# Steps of the simulation in a tick. A hand faster than `_FAST`, metres a second, moves too far in a whole
+# tick for clean bumps. A guided hand presses, and with fewer steps it now and then wedges a box in. While
+# nothing is near what moves, and nothing else moves by more than `_SLOW`, one step does.
 _FAST = 0.75
 _SLOW = 0.05
 _FAST_STEPS, GUIDED_STEPS = 2, 3
@@ -130,6 +130,10 @@ _STOPPED = 1.5e-4
 SLIDE = 1 / 13.8
 BRAKE = 1 / 50
 _BRAKED = 0.02
+
+# By how much a limit may be exceeded before the hand stops: nothing that is moved keeps its heading to the
+# last bit.
+_SLACK_METRES, _SLACK_RADIANS = 1e-3, 1e-2
 
 
 @chipmunk.compiled
@@ -191,8 +195,10 @@ def come_to_rest(handle: Addresses, state: FloatArray, box: FloatArray) -> None:
         state[STILL] = 1.0
         for i in range(len(box)):
             if box[i, MOVABLE] > 0:
-                chipmunk.set_velocity(handle[FIRST + i], 0.0, 0.0)
-                chipmunk.set_spin(handle[FIRST + i], 0.0)
+                vx, vz = chipmunk.get_velocity(handle[FIRST + i])
+                if vx != 0 or vz != 0 or chipmunk.get_spin(handle[FIRST + i]) != 0:
+                    chipmunk.set_velocity(handle[FIRST + i], 0.0, 0.0)
+                    chipmunk.set_spin(handle[FIRST + i], 0.0)
 
 
 @chipmunk.compiled
@@ -270,7 +276,8 @@ def clear(handle: Addresses, state: FloatArray, box: FloatArray, metres: float, 
             wide = cosine * box[held, HALF_WIDTH] + sine * box[held, HALF_DEPTH] + room
             deep = sine * box[held, HALF_WIDTH] + cosine * box[held, HALF_DEPTH] + room
             if not (
-                wide < box[held, BOX_X] < state[WIDTH] - wide and deep < box[held, BOX_Z] < state[DEPTH] - deep
+                wide < box[held, BOX_X] < state[WIDTH] - wide
+                and deep < box[held, BOX_Z] < state[DEPTH] - deep
             ):
                 return False
     else:
@@ -359,18 +366,21 @@ def lift(handle: Addresses, state: FloatArray) -> None:
         chipmunk.remove_body(handle[SPACE], handle[DISC])
     if state[GRIPPED] >= 0:
         wake(state)
+        # What was pressed together was quiet, too: it must not go to sleep before it is apart.
+        for i in range(len(handle) - FIRST):
+            chipmunk.activate(handle[FIRST + i])
     state[GRIPPED], state[RAISED] = -1.0, 1.0
     move_arm(handle, state, 0.0, 0.0, 0.0)
 
 
 @chipmunk.compiled
-def lower(handle: Addresses, state: FloatArray) -> None:
-    """Put the disc on the table, where it bumps into boxes."""
+def lower(handle: Addresses, state: FloatArray, vx: float, vz: float, spin: float) -> None:
+    """Put the disc on the table, where it bumps into boxes, moving as the hand does."""
     disc = handle[DISC]
     chipmunk.set_position(disc, state[X], state[Z])
     chipmunk.set_angle(disc, state[ANGLE])
-    chipmunk.set_velocity(disc, state[VELOCITY_X], state[VELOCITY_Z])
-    chipmunk.set_spin(disc, state[SPIN])
+    chipmunk.set_velocity(disc, vx, vz)
+    chipmunk.set_spin(disc, spin)
     chipmunk.add_body(handle[SPACE], disc)
     chipmunk.add_shape(handle[SPACE], handle[DISC_SHAPE])
     join(handle, state, disc)
@@ -433,14 +443,16 @@ def tick(
             vx = held_back(x, vx, state[WIDTH], count * TICK)
             vz = held_back(z, vz, state[DEPTH], count * TICK)
             if state[RAISED] != 0 and state[GOES_LOW] != 0 and nearest(box, x, z, HAND_RADIUS, True) < 0:
-                lower(handle, state)
+                lower(handle, state, vx, vz, spin)
         move_arm(handle, state, vx, vz, spin)
         if state[RAISED] != 0:
             state[X] += vx * count * TICK
             state[Z] += vz * count * TICK
             state[ANGLE] += spin * count * TICK
-        elif speed > _FAST and not clear(handle, state, box, speed * count * TICK, fabs(spin) * count * TICK):
-            steps = _FAST_STEPS
+        elif speed > _FAST:
+            way, turn = speed * count * TICK, fabs(spin) * count * TICK
+            if state[GRIPPED] < 0 or not clear(handle, state, box, way, turn):
+                steps = _FAST_STEPS
     let_pass(handle, state, box, count, steps)
 
 
@@ -540,10 +552,12 @@ def exceeds(handle: Addresses, state: FloatArray, box: FloatArray, way: FloatArr
     metres, radians = to_come(handle, state, box)
     metres += state[METRES] - way[BEGAN_METRES]
     radians += state[RADIANS] - way[BEGAN_RADIANS]
+    effort = metres / way[DIAGONAL] + radians / pi
+    slack = _SLACK_METRES / way[DIAGONAL] + _SLACK_RADIANS / pi
     return bool(
-        metres >= way[LIMIT_METRES]
-        or radians >= way[LIMIT_RADIANS]
-        or metres / way[DIAGONAL] + radians / pi >= way[LIMIT_EFFORT]
+        metres > way[LIMIT_METRES] + _SLACK_METRES
+        or radians > way[LIMIT_RADIANS] + _SLACK_RADIANS
+        or effort > way[LIMIT_EFFORT] + slack
     )
 
 
@@ -579,9 +593,7 @@ def drag_tick(handle: Addresses, state: FloatArray, box: FloatArray, way: FloatA
     ticks += 1
     if ticks % _PERIOD == 0:
         x, z, angle = hand_pose(handle, state)
-        moved = max(
-            fabs(x - way[BEFORE_X]), max(fabs(z - way[BEFORE_Z]), fabs(angle - way[BEFORE_ANGLE]))
-        )
+        moved = max(fabs(x - way[BEFORE_X]), max(fabs(z - way[BEFORE_Z]), fabs(angle - way[BEFORE_ANGLE])))
         way[BEFORE_X], way[BEFORE_Z], way[BEFORE_ANGLE] = x, z, angle
         period = ticks // _PERIOD
         stopped = period > way[WAY_PERIODS] and moved < _STOPPED

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from math import atan2, cos, pi, sin, sqrt, tan
 
-import numba
 import numpy as np
 
 from farm_ar.arrays import FloatArray
+from farm_ar.game_logic.compiling import compiled
 from farm_ar.scenes import Camera
 
 ARM_HEIGHT_M = 0.06
@@ -35,10 +35,16 @@ ARM_POINTS = 48
     VERTICAL,
     SINE,
     COSINE,
+    LEFT_SINE,
+    LEFT_COSINE,
+    RIGHT_SINE,
+    RIGHT_COSINE,
+    WEDGE,
     LOOKS,
-) = range(14)
-"""Places in an eye: the camera's position and heading; its field of view; whether that has vertical limits; sine and
-cosine of its heading; how many places there are."""
+) = range(19)
+"""Places in an eye: the camera's position and heading; its field of view; whether that has vertical limits;
+sine and cosine of its heading and of the two edges of its view; whether that is a wedge; how many places
+there are."""
 
 
 def eye_of(camera: Camera) -> FloatArray:
@@ -48,13 +54,17 @@ def eye_of(camera: Camera) -> FloatArray:
     yaw = float(camera.yaw)
     eye[YAW], eye[LEFT], eye[RIGHT], eye[RANGE] = yaw, fov.left, fov.right, fov.range_m
     eye[SINE], eye[COSINE] = sin(yaw), cos(yaw)
+    eye[LEFT_SINE], eye[LEFT_COSINE] = sin(yaw - fov.left), cos(yaw - fov.left)
+    eye[RIGHT_SINE], eye[RIGHT_COSINE] = sin(yaw + fov.right), cos(yaw + fov.right)
+    # Half a turn or more is no wedge; straight up the tangent ends.
+    eye[WEDGE] = fov.left + fov.right < pi and max(fov.up or 0.0, fov.down or 0.0) < 1.5
     if fov.up is not None and fov.down is not None and camera.height is not None:
         eye[VERTICAL], eye[UP], eye[DOWN] = 1.0, fov.up, fov.down
         eye[HEIGHT], eye[PITCH] = camera.height, camera.pitch
     return eye
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def in_sight(eye: FloatArray, x: float, y: float, z: float) -> bool:
     """Whether a camera sees a point (x, z), metres, y above the table, as `geometry.in_view` says."""
     dx, dz = x - eye[EYE_X], z - eye[EYE_Z]
@@ -75,33 +85,32 @@ def in_sight(eye: FloatArray, x: float, y: float, z: float) -> bool:
         up = dy * cos(eye[PITCH]) - level * sin(eye[PITCH])
         forward = dy * sin(eye[PITCH]) + level * cos(eye[PITCH])
         if forward <= 0:
-            return dx == 0 and dy == 0 and dz == 0
-        return -eye[DOWN] <= atan2(up, forward) <= eye[UP]
+            return bool(dx == 0 and dy == 0 and dz == 0)
+        return bool(-eye[DOWN] <= atan2(up, forward) <= eye[UP])
     return True
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def cut_off(at_zero: float, slope: float, low: float, high: float) -> tuple[float, float]:
-    """The part of [low, high] where at_zero + slope t is not negative; one from 1 to 0 where it nowhere is."""
+    """The part of [low, high] where at_zero + slope t is not negative; from 1 to 0 where it nowhere is."""
     if slope == 0:
         return (low, high) if at_zero >= 0 else (1.0, 0.0)
     root = -at_zero / slope
     return (max(low, root), high) if slope > 0 else (low, min(high, root))
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def side_in_sight(eye: FloatArray, x: float, near: float, far: float) -> bool:
-    """Whether a camera whose view is a wedge sees any of a side of the arm, x = constant, z from near to far."""
+    """Whether a camera with a wedge of a view sees any of a side of the arm, at x, z from near to far."""
     dx, dy = x - eye[EYE_X], ARM_HEIGHT_M - eye[HEIGHT]
     low, high = near - eye[EYE_Z], far - eye[EYE_Z]
     if eye[RANGE] < abs(dx):
         return False
     reach = sqrt(eye[RANGE] * eye[RANGE] - dx * dx)
     low, high = max(low, -reach), min(high, reach)
-    left, right = eye[YAW] - eye[LEFT], eye[YAW] + eye[RIGHT]
     # To the right of the left edge, and to the left of the right one.
-    low, high = cut_off(dx * cos(left), -sin(left), low, high)
-    low, high = cut_off(-dx * cos(right), sin(right), low, high)
+    low, high = cut_off(dx * eye[LEFT_COSINE], -eye[LEFT_SINE], low, high)
+    low, high = cut_off(-dx * eye[RIGHT_COSINE], eye[RIGHT_SINE], low, high)
     if eye[VERTICAL] != 0:
         sine, cosine = sin(eye[PITCH]), cos(eye[PITCH])
         up, up_slope = dy * cosine - dx * eye[SINE] * sine, -eye[COSINE] * sine
@@ -113,14 +122,12 @@ def side_in_sight(eye: FloatArray, x: float, near: float, far: float) -> bool:
     return low <= high
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def arm_in_sight(eye: FloatArray, x: float, z: float) -> bool:
     """Whether a camera sees any of a hand at (x, z), metres, or of its forearm."""
     far, near = z + ARM_HALF_WIDTH_M, min(ELBOW_Z, z)
-    # Half a turn or more is no wedge; straight up the tangent ends.
-    wedge = eye[LEFT] + eye[RIGHT] < pi and eye[UP] < 1.5 and eye[DOWN] < 1.5
     for side in (x - ARM_HALF_WIDTH_M, x + ARM_HALF_WIDTH_M):
-        if wedge:
+        if eye[WEDGE] != 0:
             if side_in_sight(eye, side, near, far):
                 return True
         else:

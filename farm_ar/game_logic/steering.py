@@ -1,19 +1,25 @@
 """A compiled kernel of a steered hand: many ticks of grip, physics, sight and phase in one call.
 
-It works on the arrays of `plane_kernels` and `sight`, a `way` whose limits are the visit's budget, and `phase`, whose
-places are named below. Like those of the plane it runs in Python, too.
+It works on the arrays of `plane_kernels` and `sight`, a `way` whose limits are the visit's budget, and
+`phase`, whose places are named below. Like those of the plane it runs in Python, too.
 """
 
 from __future__ import annotations
 
-from farm_ar.arrays import FloatArray
-from farm_ar.game_logic import chipmunk, sight
+from math import cos, sin
+
+import numpy as np
+import numpy.typing as npt
+
+from farm_ar.arrays import FloatArray, IntArray
+from farm_ar.game_logic import chipmunk, kernels, sight
 from farm_ar.game_logic import plane_kernels as plane
 from farm_ar.game_logic.plane_kernels import Addresses
 
-VISITED, AWAY, PENDING, PHASES = range(4)
-"""Places in `phase`: 1 while the hand is in view, or not yet long enough out of it; for how many ticks it has been out
-of view and empty; for how many ticks animals still have to run; how many places there are."""
+VISITED, AWAY, PENDING, KNOWN, PHASES = range(5)
+"""Places in `phase`: 1 while the hand is in view, or not yet long enough out of it; for how many ticks it
+has been out of view and empty; for how many ticks animals still have to run; the `CHANGES` for which they
+know where they arrive, -1 for none; how many places there are."""
 
 AWAY_TICKS = 30
 """After so many ticks out of view, holding nothing, a visit is over: half a second."""
@@ -51,10 +57,10 @@ def press(
     spin: float,
     closed: bool,
 ) -> None:
-    """A tick under a hand that is steered, which stops and touches nothing any more when its budget is spent."""
-    if way[plane.WAY_DONE] == 0 and way[plane.BRAKING] == 0:
-        if state[plane.RAISED] == 0 and plane.exceeds(handle, state, box, way):
-            way[plane.BRAKING] = 1.0
+    """A tick under a steered hand, which stops and touches nothing any more when its budget is spent."""
+    low = state[plane.RAISED] == 0 and way[plane.WAY_DONE] == 0 and way[plane.BRAKING] == 0
+    if low and plane.exceeds(handle, state, box, way):
+        way[plane.BRAKING] = 1.0
     if way[plane.WAY_DONE] != 0:
         plane.raise_hand(handle, state)
     elif way[plane.BRAKING] == 0:
@@ -93,12 +99,17 @@ def steer(
     eye: FloatArray,
     way: FloatArray,
     phase: FloatArray,
+    order: IntArray,
+    animal: FloatArray,
+    clock: FloatArray,
+    lane: FloatArray,
+    counts: IntArray,
     vx: float,
     vz: float,
     spin: float,
     closed: bool,
     ticks: int,
-) -> tuple[int, bool]:
+) -> tuple[int, bool, float, float, float]:
     """Ticks under a hand that is steered, seen where it truly is.
 
     Args:
@@ -108,6 +119,11 @@ def steer(
         eye: the headset's camera.
         way: its limits are the budget; `BRAKING` while the hand stops, `WAY_DONE` once the budget is spent.
         phase: of the game.
+        order: of the flock.
+        animal: of the flock.
+        clock: of the flock.
+        lane: of the game's lanes.
+        counts: of the game.
         vx: of the hand, metres a second.
         vz: likewise.
         spin: of the hand, radians a second, Chipmunk's way round.
@@ -115,15 +131,60 @@ def steer(
         ticks: how many.
 
     Returns:
-        How many have passed: fewer where a visit is over, or buildings have moved while animals run, who then have to
-        run before they move again; and whether the visit is over.
+        How many have passed: fewer where a visit is over, or buildings have moved while animals run, who
+        then have to run before they move again; whether the visit is over; for how many ticks animals have
+        yet to run; how far all buildings have been moved and turned.
     """
-    for done in range(ticks):
+    metres, radians, over, done = state[plane.METRES], state[plane.RADIANS], False, 0
+    while done < ticks:
+        done += 1
         before = state[plane.CHANGES]
         press(handle, state, box, eye, way, vx, vz, spin, closed)
         x, z, _ = plane.hand_pose(handle, state)
-        if watch(state, phase, state[plane.PRESENT] != 0 and sight.arm_in_sight(eye, x, z)):
-            return done + 1, True
-        if phase[VISITED] == 0 and state[plane.CHANGES] != before:
-            return done + 1, False
-    return ticks, False
+        over = watch(state, phase, state[plane.PRESENT] != 0 and sight.arm_in_sight(eye, x, z))
+        if over or (phase[VISITED] == 0 and state[plane.CHANGES] != before):
+            break
+    pending, phase[PENDING] = phase[PENDING], 0.0
+    end = clock[kernels.NOW] + pending * plane.TICK
+    known = pending > 0 and phase[KNOWN] == state[plane.CHANGES]
+    if known and kernels.run(order, animal, clock, lane, counts, end):
+        pending = 0.0
+    return done, over, pending, state[plane.METRES] - metres, state[plane.RADIANS] - radians
+
+
+@chipmunk.compiled
+def tell(
+    handle: Addresses,
+    state: FloatArray,
+    phase: FloatArray,
+    numbers: npt.NDArray[np.float32],
+    left_at: int,
+    at: int,
+    metres: float,
+    radians: float,
+    time: float,
+    visits: float,
+) -> None:
+    """Put what is left of a visit, four shares, and the hand into an observation.
+
+    The hand: x, z with the table from -1 to 1, sine and cosine of its yaw, velocity over its limit, whether
+    it holds something, whether it is in view; 0 where there is none.
+    """
+    numbers[left_at], numbers[left_at + 1], numbers[left_at + 2], numbers[left_at + 3] = (
+        metres,
+        radians,
+        time,
+        visits,
+    )
+    numbers[at : at + 8] = 0.0
+    if state[plane.PRESENT] == 0:
+        return
+    x, z, angle = plane.hand_pose(handle, state)
+    vx, vz, _ = plane.hand_motion(handle, state)
+    numbers[at] = min(max(2 * x / state[plane.WIDTH] - 1, -4.0), 4.0)
+    numbers[at + 1] = min(max(2 * z / state[plane.DEPTH] - 1, -4.0), 4.0)
+    numbers[at + 2], numbers[at + 3] = sin(-angle), cos(angle)
+    numbers[at + 4] = min(max(vx / plane.MAX_HAND_SPEED, -4.0), 4.0)
+    numbers[at + 5] = min(max(vz / plane.MAX_HAND_SPEED, -4.0), 4.0)
+    numbers[at + 6] = 1.0 if state[plane.GRIPPED] >= 0 else 0.0
+    numbers[at + 7] = phase[VISITED]

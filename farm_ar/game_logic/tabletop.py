@@ -270,9 +270,7 @@ class Tabletop:
             point: (2,) metres.
             reach: how far at most, metres.
         """
-        found = int(
-            kernels.nearest(self._plane.box, float(point[0]), float(point[1]), float(reach), False)
-        )
+        found = int(kernels.nearest(self._plane.box, float(point[0]), float(point[1]), float(reach), False))
         return None if found < 0 else found
 
     def on_table(self, tolerance: float = 0.0) -> BoolArray:

@@ -40,7 +40,8 @@ def check_reidentifier(
     It must answer any snapshot of its scene: of untouched objects and of disturbed ones, with noise, misses
     and false detections, empty, with more detections than labels, with categories that are not known. Every
     detection gets one entry, a label of the scene or None; no label is given twice; where there is no label
-    there is no cost; and the same question gets the same answer, from another instance too.
+    there is no cost, and where there is one there is; and the same question gets the same answer, from
+    another instance too.
 
     Args:
         make_reid: makes it for a scene, whose layout is what was last known.
@@ -123,6 +124,8 @@ def _check_answer(
         costless = label is None and not np.isnan(cost)
         require(not costless, f"{what}: detection {k} has no label but a cost of {cost}")
         require(not np.isinf(cost), f"{what}: detection {k} has an infinite cost")
+        priceless = label is not None and np.isnan(cost)
+        require(not priceless, f"{what}: detection {k} has a label but no cost")
 
 
 def _same(first: Identification, second: Identification) -> bool:

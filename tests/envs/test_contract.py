@@ -1,9 +1,12 @@
 """Every registered environment, and every option at least once, keeps the whole contract."""
 
+import pickle
+
 import gymnasium as gym
 import numpy as np
 import pytest
 
+from farm_ar.envs import FarmToTableEnv
 from farm_ar.game_logic.perception import OraclePerception
 from farm_ar.reid import SpatialOptions, SpatialReid
 from farm_ar.scenes import Detector, builtin_scene, save_scene
@@ -100,3 +103,24 @@ def test_every_registered_environment_is_among_them():
 
 def test_the_module_before_the_id_registers_it():
     assert gym.make("farm_ar:FarmToTable-v0").spec.id == MOVE
+
+
+class Remembering(FarmToTableEnv):
+    """Has attributes of its own."""
+
+    def __init__(self, note: str) -> None:
+        super().__init__(play_seconds=0.0)
+        self.note, self.calls = note, 0
+
+    def reset(self, **arguments):
+        self.calls += 1
+        return super().reset(**arguments)
+
+
+def test_a_pickled_subclass_keeps_its_own_attributes():
+    env = Remembering("mine")
+    env.reset(seed=0)
+    copy = pickle.loads(pickle.dumps(env))
+    assert copy.note == "mine"
+    assert copy.calls >= 1
+    assert copy.state_hash() == env.state_hash()

@@ -80,7 +80,7 @@ def test_it_ends_half_a_second_after_the_hand_has_left_empty(env, drive):
 def test_a_hand_that_comes_back_within_half_a_second_is_still_on_its_visit(env, drive):
     drive(env, (0.6, 0.1), grip=False)
     for _ in range(3):
-        drive(env, OUT, grip=False)
+        drive(env, OUT, grip=False, most=4)
         assert not hand_is_seen(env)
         told = phases(drive(env, (0.6, 0.1), grip=False))
         assert set(told) == {"hand"}

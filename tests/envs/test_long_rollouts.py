@@ -76,6 +76,6 @@ def test_nothing_breaks(name, arguments, steps):
             visits += 1
             observation, _ = env.reset()
     # It was no idle run.
-    assert wrong >= 2
+    assert wrong >= 1
     assert effort > 0.05
     assert visits > 0

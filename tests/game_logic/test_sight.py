@@ -37,7 +37,11 @@ def cameras(fov: st.SearchStrategy[FieldOfView]) -> st.SearchStrategy[Camera]:
     yaw, pitch = st.floats(-7, 7), st.floats(-1.4, 0.5)
     return st.builds(
         lambda place, yaw, fov, height, pitch: Camera(np.array(place), yaw, fov, height, pitch),
-        places, yaw, fov, st.floats(0.1, 1.0), pitch,
+        places,
+        yaw,
+        fov,
+        st.floats(0.1, 1.0),
+        pitch,
     )
 
 
@@ -52,7 +56,9 @@ def arm(hand: tuple[float, float], count: int) -> np.ndarray:
     far, near = hand[1] + sight.ARM_HALF_WIDTH_M, min(sight.ELBOW_Z, hand[1])
     z = np.linspace(far, near, count)
     sides = [hand[0] - sight.ARM_HALF_WIDTH_M, hand[0] + sight.ARM_HALF_WIDTH_M]
-    return np.concatenate([np.stack([np.full(count, x), np.full(count, sight.ARM_HEIGHT_M), z], 1) for x in sides])
+    return np.concatenate(
+        [np.stack([np.full(count, x), np.full(count, sight.ARM_HEIGHT_M), z], 1) for x in sides]
+    )
 
 
 def seen_of(points: np.ndarray, camera: Camera, slack: float) -> np.ndarray:
@@ -80,4 +86,7 @@ def test_an_arm_is_seen_where_one_of_many_points_on_it_is(camera: Camera, hand: 
 def test_so_is_one_before_a_camera_that_sees_half_a_turn_or_more(
     camera: Camera, hand: tuple[float, float]
 ) -> None:
-    assert sight.arm_in_sight(sight.eye_of(camera), *hand) == seen_of(arm(hand, sight.ARM_POINTS), camera, 0).any()
+    assert (
+        sight.arm_in_sight(sight.eye_of(camera), *hand)
+        == seen_of(arm(hand, sight.ARM_POINTS), camera, 0).any()
+    )

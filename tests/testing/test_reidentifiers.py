@@ -153,3 +153,12 @@ def test_the_snapshots_are_as_many_kinds_as_promised(name, rng):
     assert 0 < len(kinds["nothing moved"][0]) <= n
     noisy = [name for detections in kinds["things moved, with noise"] for name in detections.category]
     assert None in noisy
+
+
+def test_a_label_without_a_cost_is_noticed():
+    class Priceless(SpatialReid):
+        def identify(self, snapshot):
+            return Identification(super().identify(snapshot).labels)
+
+    with pytest.raises(AssertionError, match="has a label but no cost"):
+        check_reidentifier(Priceless)

@@ -15,8 +15,8 @@ from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.envs import FarmToTableEnv
 from farm_ar.envs.actions import DisplacementAction, SlotAction
 from farm_ar.envs.jitter import StartingLayouts, unit_of
-from farm_ar.envs.observations import MARGIN_SCALE, NO_RIVAL
 from farm_ar.envs.options import EnvOptions
+from farm_ar.envs.reading import MARGIN_SCALE, NO_RIVAL
 from farm_ar.envs.rewards import MARGIN_SHARE
 from farm_ar.envs.starting import VisitCameras, scene_of
 from farm_ar.envs.table import meeting_order

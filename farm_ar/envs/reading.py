@@ -1,0 +1,224 @@
+"""The table as numbers: a state observation, and how near a mistake is, in one compiled call."""
+
+from __future__ import annotations
+
+from math import cos, pi, sin, sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from farm_ar.arrays import FloatArray, IntArray
+from farm_ar.game_logic import sight
+from farm_ar.game_logic.compiling import compiled
+from farm_ar.reid import dimension_cost
+from farm_ar.reid.kernels import assign
+from farm_ar.reid.margins import find_margins
+from farm_ar.scenes import Layout, Scene
+
+if TYPE_CHECKING:
+    from farm_ar.envs.worlds import World
+
+MARGIN_SCALE = 0.3
+"""The margin that is observed as 1."""
+
+NO_RIVAL = 2.0
+"""In place of a cost, where a kind has fewer objects than the largest one."""
+
+OBJECT, KIND, FIXED, RIVALS = range(4)
+"""Columns of the objects as they are met: their number, their kind, whether they never move; from there on
+those of their kind, -1 for none."""
+
+X, Z, ANGLE, BELIEVED_X, BELIEVED_Z, BELIEVED_YAW, ELEVATION = range(7)
+"""Columns of where objects are, and where they are believed to be."""
+
+WIDTH, DEPTH, TRANSLATION, ROTATION, KINDS, WHITE_BOX = range(6)
+"""What does not change: the table's sides, metres; the costs' weights; how many kinds there are; whether
+what is believed is observed."""
+
+LEAST, AMBIGUITY = range(2)
+"""The smallest margin of a movable object in view, 1 where none has another choice; half the sum over those
+in view of 1 - margin / 0.3, each from 0 (clear) to 1 (a tie)."""
+
+
+class Reading:
+    """What there is to say of a scene's table, kept until something changes.
+
+    Args:
+        scene: the room.
+        white_box: whether what is believed is observed.
+        length: how many numbers the observation has.
+
+    Attributes:
+        numbers: (length,) the observation, of the object parts as `observations` orders them; others are
+            left.
+        summary: (2,) `LEAST` and `AMBIGUITY`.
+    """
+
+    def __init__(self, scene: Scene, white_box: bool, length: int) -> None:
+        layout, weights = scene.layout, scene.cost_weights
+        self.numbers: npt.NDArray[np.float32] = np.zeros(length, dtype=np.float32)
+        self.summary = np.array([1.0, 0.0])
+        self._widest = int(np.bincount(layout.category_code).max())
+        self._fixed = np.array(
+            [
+                *scene.size,
+                weights.translation / scene.diagonal,
+                weights.rotation,
+                len(layout.categories),
+                white_box,
+            ]
+        )
+        self._dimension = dimension_cost(layout.size, layout.size)
+        self._where = np.zeros((len(layout), ELEVATION + 1))
+        self._where[:, ELEVATION] = layout.elevation
+        self._met = np.zeros((len(layout), RIVALS + self._widest), dtype=np.int64)
+        self._of: tuple[object, ...] = ()
+        self._believed: Layout | None = None
+
+    def meet(self, layout: Layout, order: IntArray) -> None:
+        """From now on the objects are met in another order, (M,)."""
+        code, fixed = layout.category_code.tolist(), layout.fixed.tolist()
+        numbers = order.tolist()
+        same: list[list[int]] = [
+            [i for i in numbers if code[i] == kind] for kind in range(len(layout.categories))
+        ]
+        rivals = [kind + [-1] * (self._widest - len(kind)) for kind in same]
+        self._met[:] = [[i, code[i], fixed[i], *rivals[code[i]]] for i in numbers]
+        self._of = ()
+
+    def read(self, world: World) -> None:
+        """Bring `numbers` and `summary` up to date."""
+        camera, believed, changes = world.camera, world.tracker.belief.layout, world.changes
+        if self._of == (world, camera, believed, changes):
+            return
+        if believed is not self._believed:
+            self._where[:, BELIEVED_X : BELIEVED_Z + 1] = believed.position
+            self._where[:, BELIEVED_YAW], self._believed = believed.yaw, believed
+        self._where[:, : ANGLE + 1] = world.places[:, : ANGLE + 1]
+        read_table(
+            self._where,
+            sight.eye_of(camera),
+            self._met,
+            self._dimension,
+            self._fixed,
+            self.numbers,
+            self.summary,
+        )
+        self._of = (world, camera, believed, changes)
+
+
+@compiled
+def wrapped(angle: float) -> float:
+    """The same direction in [-pi, pi)."""
+    while angle >= pi:
+        angle -= 2 * pi
+    while angle < -pi:
+        angle += 2 * pi
+    return angle
+
+
+@compiled
+def within(value: float, low: float, high: float) -> float:
+    """The value, or the limit that it is beyond."""
+    return min(max(value, low), high)
+
+
+@compiled
+def read_table(
+    where: FloatArray,
+    eye: FloatArray,
+    met: IntArray,
+    dimension: FloatArray,
+    fixed: FloatArray,
+    numbers: npt.NDArray[np.float32],
+    summary: FloatArray,
+) -> None:
+    """Fill in what there is to say of the table.
+
+    Args:
+        where: (M, 7) where objects are.
+        eye: the camera, as `sight.eye_of` has it.
+        met: (M, 3 + W) the objects as they are met, W the most of a kind.
+        dimension: (M, M) what their sizes cost (Eq. 6).
+        fixed: what does not change.
+        numbers: filled: positions, headings, kinds, in view, fixed, camera; then after four places, if what
+            is believed is observed, believed positions and headings, differences, costs, margins.
+        summary: filled.
+    """
+    m, widest, kinds = len(met), met.shape[1] - RIVALS, int(fixed[KINDS])
+    width, depth = fixed[WIDTH], fixed[DEPTH]
+    heading, kind_at = 2 * m, 4 * m
+    seen_at = kind_at + kinds * m
+    fixed_at, camera_at = seen_at + m, seen_at + 2 * m
+    believed_at = camera_at + 8
+    believed_heading, difference = believed_at + 2 * m, believed_at + 4 * m
+    cost_at = difference + 3 * m
+    margin_at = cost_at + widest * m
+    white_box = fixed[WHITE_BOX] != 0
+    numbers[kind_at:camera_at] = 0.0
+    cost = np.empty((m, widest))
+    seen = np.empty(m, dtype=np.bool_)
+    for k in range(m):
+        i = met[k, OBJECT]
+        x, z, yaw = where[i, X], where[i, Z], wrapped(-where[i, ANGLE])
+        seen[k] = sight.in_sight(eye, x, where[i, ELEVATION], z)
+        numbers[2 * k], numbers[2 * k + 1] = (
+            within(2 * x / width - 1, -2, 2),
+            within(2 * z / depth - 1, -2, 2),
+        )
+        numbers[heading + 2 * k], numbers[heading + 2 * k + 1] = sin(yaw), cos(yaw)
+        numbers[kind_at + kinds * k + met[k, KIND]] = 1.0
+        numbers[seen_at + k] = 1.0 if seen[k] else 0.0
+        numbers[fixed_at + k] = met[k, FIXED]
+        for column in range(widest):
+            j = met[k, RIVALS + column]
+            if j < 0:
+                cost[k, column] = NO_RIVAL
+                continue
+            dx, dz = x - where[j, BELIEVED_X], z - where[j, BELIEVED_Z]
+            turn = abs(sin((yaw - where[j, BELIEVED_YAW]) / 2))
+            moved = fixed[TRANSLATION] * sqrt(dx * dx + dz * dz) + fixed[ROTATION] * turn
+            cost[k, column] = dimension[i, j] * moved
+        if white_box:
+            bx, bz, by = where[i, BELIEVED_X], where[i, BELIEVED_Z], where[i, BELIEVED_YAW]
+            numbers[believed_at + 2 * k] = within(2 * bx / width - 1, -2, 2)
+            numbers[believed_at + 2 * k + 1] = within(2 * bz / depth - 1, -2, 2)
+            numbers[believed_heading + 2 * k] = sin(by)
+            numbers[believed_heading + 2 * k + 1] = cos(by)
+            numbers[difference + 3 * k] = within(2 * (x - bx) / width, -2, 2)
+            numbers[difference + 3 * k + 1] = within(2 * (z - bz) / depth, -2, 2)
+            numbers[difference + 3 * k + 2] = wrapped(yaw - by) / pi
+            for column in range(widest):
+                numbers[cost_at + widest * k + column] = within(cost[k, column], 0, NO_RIVAL)
+            numbers[margin_at + k] = 1.0
+    numbers[camera_at] = within(2 * eye[sight.EYE_X] / width - 1, -4, 4)
+    numbers[camera_at + 1] = within(2 * eye[sight.EYE_Z] / depth - 1, -4, 4)
+    numbers[camera_at + 2], numbers[camera_at + 3] = eye[sight.SINE], eye[sight.COSINE]
+    summary[LEAST], summary[AMBIGUITY] = np.inf, 0.0
+    rows = np.empty(m, dtype=np.int64)
+    for kind in range(kinds):
+        n, count = 0, 0
+        for k in range(m):
+            if met[k, KIND] == kind and seen[k]:
+                rows[n] = k
+                n += 1
+        if n == 0:
+            continue
+        while count < widest and met[rows[0], RIVALS + count] >= 0:
+            count += 1
+        block = np.empty((n, count))
+        for row in range(n):
+            block[row] = cost[rows[row], :count]
+        chosen = np.empty(n, dtype=np.int64)
+        assign(block, chosen, np.empty(n), np.empty(count))
+        margin, _ = find_margins(block, chosen)
+        for row in range(n):
+            k = rows[row]
+            if white_box:
+                numbers[margin_at + k] = min(margin[row] / MARGIN_SCALE, 1.0)
+            if met[k, FIXED] == 0 and margin[row] < np.inf:
+                summary[LEAST] = min(summary[LEAST], margin[row])
+                summary[AMBIGUITY] += (1 - within(margin[row] / MARGIN_SCALE, 0, 1)) / 2
+    if summary[LEAST] == np.inf:
+        summary[LEAST] = 1.0

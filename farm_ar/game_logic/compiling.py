@@ -1,0 +1,46 @@
+"""Compiling kernels that call one another across modules, and keeping them on disk while they hold."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numba
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+_PACKAGE = Path(__file__).parents[1]
+_KERNELS = (
+    "game_logic/chipmunk.py",
+    "game_logic/kernels.py",
+    "game_logic/plane_kernels.py",
+    "game_logic/sight.py",
+    "game_logic/steering.py",
+    "envs/reading.py",
+    "reid/kernels.py",
+    "reid/margins.py",
+)
+
+
+def _stamp() -> tuple[tuple[str, int, int], ...]:
+    """Name, time of change and size of every module whose kernels may be compiled into another's."""
+    files = [_PACKAGE / name for name in _KERNELS]
+    return tuple((file.name, file.stat().st_mtime_ns, file.stat().st_size) for file in files)
+
+
+_STAMP = _stamp()
+
+
+def compiled(function: Function) -> Function:
+    """A function compiled by Numba and kept on disk until any module with kernels changes.
+
+    Left to itself Numba looks at the function's own file only, and goes on with what it has compiled of
+    another one.
+    """
+    fast: Any = numba.njit(cache=True, nogil=True)(function)
+    cache: Any = getattr(fast, "_cache", None)
+    kept: Any = getattr(cache, "_cache_file", None)
+    if kept is not None and hasattr(kept, "_source_stamp"):
+        kept._source_stamp = (kept._source_stamp, _STAMP)
+    return fast  # type: ignore[no-any-return]

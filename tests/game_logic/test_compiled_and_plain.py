@@ -1,0 +1,101 @@
+"""Compiled kernels and the same code in plain Python, over pymunk's own calls: one game, byte for byte."""
+
+import numpy as np
+import pytest
+from numba.core.dispatcher import Dispatcher
+
+from farm_ar.envs import FarmToTableEnv, reading
+from farm_ar.game_logic import chipmunk, kernels, plane_kernels, sight, steering
+from farm_ar.game_logic.farm_game import FarmGame
+from farm_ar.game_logic.headset import field_of_view, look_at
+from farm_ar.game_logic.tabletop import Most, Tabletop
+from farm_ar.scenes import Layout, Scene, builtin_scene
+
+FARM = builtin_scene("farm")
+SMALL = Scene(
+    "small",
+    FARM.size,
+    FARM.layout.subset([FARM.layout.index(n) for n in ("red-coop", "orange-coop", "shed")]),
+)
+AHEAD = look_at(np.array([0.6, -0.3]), np.array([0.6, 0.4]), field_of_view("photo"))
+
+
+def both(play):
+    """What `play` gives with compiled kernels, and in plain Python."""
+    compiled = play()
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (kernels, plane_kernels, sight, steering, reading):
+            for name, kernel in vars(module).items():
+                if isinstance(kernel, Dispatcher):
+                    patch.setattr(module, name, kernel.py_func)
+        plain = play()
+    return compiled, plain
+
+
+def pressed() -> bytes:
+    """A crowd that is dragged through, pressed against the edge, and bumped into by a low hand."""
+    place = np.array([[0.2, 0.2], [0.32, 0.2], [0.32, 0.32], [0.2, 0.33], [0.6, 0.4]])
+    size = np.array([[0.10, 0.08, 0.09]] * 4 + [[0.2, 0.14, 0.16]])
+    yaw = np.array([0.1, -0.3, 4.0, -4.0, 0.0])
+    layout = Layout(tuple("abcds"), ("coop",) * 5, place, yaw, size, fixed=np.arange(5) == 4)
+    table = Tabletop(layout, (0.8, 0.6))
+    table.carry(0, (0.42, 0.22), 1.2, speed=1.5)
+    table.carry(2, (-0.1, 0.3), 0.0, most=Most(metres=0.15))
+    table.bring_hand((0.4, -0.05))
+    for velocity in ((0.0, 1.5), (0.5, 0.2), (-1.5, 0.0)):
+        table.tick(velocity, 1.0, 6)
+        table.tick(velocity, 1.0)
+    table.remove_hand()
+    table.settle(60)
+    box, state = table.arrays[2], table.arrays[1]
+    return box.tobytes() + state.tobytes()
+
+
+def test_the_physics_are_the_same_to_the_last_bit():
+    compiled, plain = both(pressed)
+    assert compiled == plain
+
+
+def steered() -> list[np.ndarray]:
+    """A hand that comes, grips, drags, spends its budget and goes; animals before, during and after."""
+    game = FarmGame(SMALL, AHEAD, np.random.default_rng(0))
+    game.allow(Most(metres=0.2))
+    game.bring_hand()
+    for vx, vz, grip, ticks in ((0.5, 1.2, False, 20), (0.4, 0.9, True, 20), (-0.6, 0.3, True, 12)):
+        for _ in range(ticks // 4):
+            game.steer(vx, vz, 0.5, grip, 4)
+    while game.steer(0.0, -1.4, 0.0, False, 6)[2] is None:
+        pass
+    game.play(1.0)
+    return game.state()
+
+
+def test_so_is_a_game_with_a_steered_hand():
+    for compiled, plain in zip(*both(steered), strict=True):
+        np.testing.assert_allclose(compiled, plain, rtol=0, atol=1e-9)
+
+
+def observed() -> list[np.ndarray]:
+    env = FarmToTableEnv(scene=SMALL, jitter="none", control="hand", reward="margin", play_seconds=0.0)
+    seen = [env.reset(seed=3, options={"camera": AHEAD})[0]]
+    seen += [env.step(np.array([0.3, 1.0, 0.2, 1.0], dtype=np.float32))[0] for _ in range(6)]
+    return [values for one in seen for values in one.values()]
+
+
+def test_so_are_observations():
+    for compiled, plain in zip(*both(observed), strict=True):
+        np.testing.assert_allclose(compiled, plain, rtol=0, atol=1e-6)
+
+
+def test_without_the_bridge_functions_stay_as_they_are_and_call_through_pymunk(monkeypatch):
+    monkeypatch.setattr(chipmunk, "BRIDGED", False)
+    assert chipmunk.compiled(pressed) is pressed
+    table = Tabletop(FARM.layout, FARM.size)
+    body = int(table.arrays[0][plane_kernels.FIRST])
+    chipmunk.foreign("cpBodySetVelocity")(body, 1.0, 2.0)
+    assert chipmunk.foreign("cpBodyGetVelocity")(body) == (1.0, 2.0)
+
+
+def test_functions_that_take_anything_else_are_refused():
+    with pytest.raises(ImportError, match="which farm-ar does not know"):
+        chipmunk.foreign("cpSpaceSetIterations")
