@@ -10,6 +10,7 @@ import typer
 
 from farm_ar import __version__
 from farm_ar.cli.demo import demo
+from farm_ar.cli.design import design
 from farm_ar.cli.evaluate import evaluate
 from farm_ar.cli.identify import identify
 from farm_ar.cli.mistakes import OneLineMistakes
@@ -32,6 +33,7 @@ app = typer.Typer(
 )
 app.add_typer(scenes, name="scenes")
 app.command()(demo)
+app.command()(design)
 app.command()(evaluate)
 app.command()(identify)
 app.command("play-script")(play_script)

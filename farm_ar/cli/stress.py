@@ -58,7 +58,7 @@ def stress(
 
     from farm_ar.agents.attacks import ATTACKS
     from farm_ar.agents.stress import StressOptions, run_stress, summarise, write_study
-    from farm_ar.agents.stress.page import in_metres, number, share
+    from farm_ar.agents.stress.page import in_metres, number, ratio, share
     from farm_ar.cli.output import print_line, print_table
     from farm_ar.cli.places import make_folder, writing
     from farm_ar.envs.starting import scene_of
@@ -89,7 +89,7 @@ def stress(
             certified = number(rule.bound_median) if rule.theorem != "none" else "none"
             rows.append(
                 (rule.reid, one.attack, number(one.median), in_metres(one.median, room), certified,
-                 number(one.tightness), share(one.failed))
+                 ratio(one.tightness), share(one.failed))
             )  # fmt: skip
     head = ("rule", "attack", "median least", "as a way", "certified", "found / certified", "failed")
     print_table(head, rows, head[2:])

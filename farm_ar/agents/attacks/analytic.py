@@ -7,7 +7,7 @@ import numpy as np
 from farm_ar.agents.attacks.components import cheapest_components
 from farm_ar.agents.attacks.crafting import Crafted, craft, room_of
 from farm_ar.agents.attacks.refining import refine
-from farm_ar.agents.attacks.surrogate import weights_of
+from farm_ar.agents.attacks.surrogate import model_of
 from farm_ar.agents.attacks.trial import Trial
 
 COMPONENTS = 60
@@ -40,11 +40,11 @@ def analytic(trial: Trial, rng: np.random.Generator) -> None:
 def craft_all(trial: Trial, rng: np.random.Generator) -> list[Crafted]:
     """The crafted displacements of the cheapest errors, cheapest first, without hopelessly dear ones."""
     case = trial.case
-    weights = weights_of(trial)
-    room = room_of(case, weights)
+    model = model_of(trial)
+    room = room_of(case, model)
     found: list[Crafted] = []
     least = trial.budget
-    for component in cheapest_components(case, weights, COMPONENTS):
+    for component in cheapest_components(case, model, COMPONENTS):
         if component.guess > 1.02 * least and len(found) > 3:
             break
         one = craft(case, room, component, rng, STEPS)

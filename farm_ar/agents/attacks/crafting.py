@@ -8,11 +8,11 @@ import numba
 import numpy as np
 
 from farm_ar.agents.attacks.components import Component
+from farm_ar.agents.attacks.surrogate import Model, stretch_of
 from farm_ar.agents.attacks.validity import outside_by, overlap_depth
 from farm_ar.agents.cases import Case
 from farm_ar.agents.certificates.regions import view_planes
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
-from farm_ar.scenes import Weights
 
 GAIN = 1e-6
 """By how much the error is to be the better answer, in cost; and how far inside its limits all is to stay."""
@@ -39,6 +39,7 @@ class Room(NamedTuple):
         turn_weight: of sin(turn / 2), in cost.
         rate: the larger weight, in cost per effort.
         diagonal: metres.
+        stretch: (N, N) C_d, by which the label of one multiplies the cost of the other; 1 for the own.
     """
 
     home: FloatArray
@@ -55,10 +56,12 @@ class Room(NamedTuple):
     turn_weight: float
     rate: float
     diagonal: float
+    stretch: FloatArray
 
 
-def room_of(case: Case, weights: Weights) -> Room:
-    """The room of a case for the kernel, with the weights of the costs."""
+def room_of(case: Case, model: Model) -> Room:
+    """The room of a case for the kernel, with the costs that a re-identifier is taken to have."""
+    weights = model.weights
     layout, scene = case.layout, case.scene
     # The far end is checked by distance; the tangents of the polygon would reach beyond it.
     planes = view_planes(case.camera)[:2]
@@ -77,6 +80,7 @@ def room_of(case: Case, weights: Weights) -> Room:
         weights.rotation,
         max(weights.translation, weights.rotation, 1e-12),
         scene.diagonal,
+        stretch_of(case, model),
     )
 
 
@@ -106,7 +110,7 @@ def craft(
     """
     chain = np.array(component.chain, dtype=np.int64)
     goal = np.roll(chain, -1) if component.closed else np.append(chain[1:], component.end)
-    leaves = component.end if component.end >= 0 and case.in_view[component.end] else -1
+    unseen = component.end if component.hidden else -1
     movers = _movers(case, chain, component.end)
     best = Crafted(room.home, room.home_yaw, np.inf)
     for restart in range(restarts):
@@ -117,7 +121,7 @@ def craft(
         position[chain] += share[:, None] * shift + sideways
         normals = rng.normal(size=(steps, len(movers), 3))
         picks = rng.integers(0, 2 * len(movers), steps)
-        effort = evolve(room, chain, goal, movers, leaves, component.end, position, yaw, normals, picks)
+        effort = evolve(room, chain, goal, movers, unseen, position, yaw, normals, picks)
         if effort < best.effort:
             best = Crafted(position, yaw, effort)
     return best
@@ -137,11 +141,12 @@ def _movers(case: Case, chain: IntArray, end: int) -> IntArray:
 
 
 @numba.njit(cache=True, nogil=True)
-def cost_between(room: Room, x: float, z: float, yaw: float, j: int) -> float:
-    """D under the room's weights of a pose and of where object j was."""
+def cost_of_label(room: Room, x: float, z: float, yaw: float, i: int, j: int) -> float:
+    """What object i costs in a pose as the label of object j."""
     dx, dz = x - room.home[j, 0], z - room.home[j, 1]
     way = room.way_weight * np.sqrt(dx * dx + dz * dz)
-    return float(way + room.turn_weight * abs(np.sin((yaw - room.home_yaw[j]) / 2)))
+    turned = room.turn_weight * abs(np.sin((yaw - room.home_yaw[j]) / 2))
+    return float(room.stretch[i, j] * (way + turned))
 
 
 @numba.njit(cache=True, nogil=True)
@@ -159,8 +164,7 @@ def violation(
     chain: IntArray,
     goal: IntArray,
     movers: IntArray,
-    leaves: int,
-    end: int,
+    unseen: int,
     position: FloatArray,
     yaw: FloatArray,
 ) -> float:
@@ -170,10 +174,11 @@ def violation(
     for k in range(len(chain)):
         i = chain[k]
         x, z = position[i]
-        gain += cost_between(room, x, z, yaw[i], i) - cost_between(room, x, z, yaw[i], goal[k])
+        own = cost_of_label(room, x, z, yaw[i], i, i)
+        gain += own - cost_of_label(room, x, z, yaw[i], i, goal[k])
         metres += max(0.0, beyond_view(room, x, z) + GAIN)
-    if end >= 0:
-        metres += max(0.0, GAIN - beyond_view(room, position[end, 0], position[end, 1]))
+    if unseen >= 0:
+        metres += max(0.0, GAIN - beyond_view(room, position[unseen, 0], position[unseen, 1]))
     for i in movers:
         x, z = position[i]
         metres += outside_by(x, z, yaw[i], room.half[i], room.size[0], room.size[1], room.stays_inside[i])
@@ -204,8 +209,7 @@ def evolve(
     chain: IntArray,
     goal: IntArray,
     movers: IntArray,
-    leaves: int,
-    end: int,
+    unseen: int,
     position: FloatArray,
     yaw: FloatArray,
     normals: FloatArray,
@@ -218,8 +222,7 @@ def evolve(
         chain: (K,) the objects of the error.
         goal: (K,) the object whose label each is to be given.
         movers: (M,) objects that may be moved.
-        leaves: the object that has to leave the view, -1 for none.
-        end: the object that is not to be detected, -1 for none.
+        unseen: the object that is not to be detected, -1 for none.
         position: (N, 2) metres; changed.
         yaw: (N,) radians; changed.
         normals: (S, M, 3) normal numbers, for the steps.
@@ -228,7 +231,7 @@ def evolve(
     trial_position, trial_yaw = position.copy(), yaw.copy()
     best_position, best_yaw, best = position.copy(), yaw.copy(), np.inf
     spread = 0.05
-    missing = violation(room, chain, goal, movers, leaves, end, position, yaw)
+    missing = violation(room, chain, goal, movers, unseen, position, yaw)
     value = effort_in(room, movers, position, yaw) + STEEPNESS * missing
     for s in range(len(picks)):
         for m in range(len(movers)):
@@ -245,7 +248,7 @@ def evolve(
                 trial_position[i] = room.home[i]
             if s % 8 < 2:
                 trial_yaw[i] = room.home_yaw[i]
-        missing = violation(room, chain, goal, movers, leaves, end, trial_position, trial_yaw)
+        missing = violation(room, chain, goal, movers, unseen, trial_position, trial_yaw)
         effort = effort_in(room, movers, trial_position, trial_yaw)
         if missing == 0 and effort < best:
             best = effort

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
 from farm_ar.agents.attacks.surrogate import least_margins
 from farm_ar.agents.attacks.trial import EFFORT_BINS, NOT_ASKED, WRONG_BINS, Trial
+from farm_ar.agents.packages import package
 from farm_ar.arrays import FloatArray, IntArray
-from farm_ar.errors import MissingPackageError
 
 MOST_OBJECTS = 12
 """Objects that a search displaces at the most: those in view that stand nearest to others of their kind."""
@@ -61,7 +59,7 @@ def cma_es(trial: Trial, rng: np.random.Generator) -> None:
     Raises:
         MissingPackageError: the package cma is not installed.
     """
-    cma = _package("cma")
+    cma = package("cma")
     movers = search_objects(trial)
     while trial.left > 0 and movers.size:
         options = {"seed": int(rng.integers(1, 2**31)), "verbose": -9, "maxfevals": 20 * trial.left}
@@ -85,7 +83,7 @@ def ribs(trial: Trial, rng: np.random.Generator) -> None:
         MissingPackageError: the package ribs is not installed.
     """
     archives, emitters, schedulers = (
-        _package(f"ribs.{name}") for name in ("archives", "emitters", "schedulers")
+        package(f"ribs.{name}") for name in ("archives", "emitters", "schedulers")
     )
     movers = search_objects(trial)
     if not movers.size:
@@ -164,21 +162,3 @@ def _values(trial: Trial, movers: IntArray, points: FloatArray) -> FloatArray:
     margin = least_margins(trial, position, yaw)
     clear = 2.0 + margin + 0.1 * effort
     return np.where(wrong == NOT_ASKED, NOT_ALLOWED + effort, np.where(wrong > 0, effort, clear))
-
-
-def _package(name: str) -> Any:
-    from importlib import import_module
-
-    try:
-        return import_module(name)
-    except ImportError as problem:  # pragma: no cover - it is there where the tests run
-        top = name.partition(".")[0]
-        raise MissingPackageError(f"this attack needs {top}: pip install 'farm-ar[train]'") from problem
-
-
-SEARCHES: dict[str, Callable[[Trial, np.random.Generator], None]] = {
-    "greedy": greedy,
-    "cma": cma_es,
-    "ribs": ribs,
-}
-"""The searches by name."""

@@ -2,20 +2,55 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numba
 import numpy as np
 
 from farm_ar.agents.attacks.trial import Trial
+from farm_ar.agents.cases import Case
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
+from farm_ar.reid import LastKnownReid, NearestReid, SpatialReid, dimension_cost
 from farm_ar.reid.kernels import assign_most
 from farm_ar.reid.margins import find_margins
 from farm_ar.scenes import Weights, visible
 
 
-def weights_of(trial: Trial) -> Weights:
-    """The weights of the costs that the re-identifier uses, if it says so; the scene's otherwise."""
-    weights = getattr(trial.reid, "weights", None)
-    return weights if isinstance(weights, Weights) else trial.case.scene.cost_weights
+class Model(NamedTuple):
+    """What an attack takes a re-identifier for.
+
+    Args:
+        weights: of the costs.
+        categories_apart: whether labels keep to detections of their category.
+        labels_shared: whether one label may be given to several detections.
+        sizes_count: whether a label of another size costs more.
+    """
+
+    weights: Weights
+    categories_apart: bool
+    labels_shared: bool
+    sizes_count: bool = False
+
+
+def model_of(trial: Trial) -> Model:
+    """What the re-identifier is, if it is known; the paper's rule as its game uses it otherwise."""
+    reid = trial.reid
+    if isinstance(reid, NearestReid | LastKnownReid):
+        return Model(Weights(1.0, 0.0), False, True)
+    if isinstance(reid, SpatialReid):
+        terms, weights = reid.options.terms, reid.weights
+        used = Weights(
+            weights.translation if "translation" in terms else 0.0,
+            weights.rotation if "rotation" in terms else 0.0,
+        )
+        return Model(used, reid.options.gate_categories, False, "dimension" in terms)
+    return Model(trial.case.scene.cost_weights, True, False)
+
+
+def stretch_of(case: Case, model: Model) -> FloatArray:
+    """(N, N) C_d of the objects' sizes (Eq. 6), 1 where sizes do not count."""
+    size = case.layout.size
+    return dimension_cost(size, size) if model.sizes_count else np.ones((len(size), len(size)))
 
 
 def least_margins(trial: Trial, position: FloatArray, yaw: FloatArray) -> FloatArray:
@@ -29,7 +64,7 @@ def least_margins(trial: Trial, position: FloatArray, yaw: FloatArray) -> FloatA
         position: (B, N, 2) metres.
         yaw: (B, N) radians.
     """
-    case, layout, weights = trial.case, trial.case.layout, weights_of(trial)
+    case, layout, weights = trial.case, trial.case.layout, model_of(trial).weights
     result = np.ones(len(yaw))
     _least_margins(
         np.ascontiguousarray(position),

@@ -49,6 +49,50 @@ def outside_by(
 
 
 @numba.njit(cache=True, nogil=True)
+def settle(
+    position: FloatArray,
+    yaw: FloatArray,
+    before: FloatArray,
+    before_yaw: FloatArray,
+    size: FloatArray,
+    keeps_clear: BoolArray,
+    stays_inside: BoolArray,
+    width: float,
+    depth: float,
+) -> None:
+    """Make B perturbations allowed, in place: an object whose new pose is taken or outside keeps its old one.
+
+    Objects take their new poses in turn, the others standing where they were or already are.
+
+    Args:
+        position: (B, N, 2) metres; changed.
+        yaw: (B, N) radians; changed.
+        before: (N, 2) where the objects were.
+        before_yaw: (N,) how they were turned.
+        size: (N, 3) metres.
+        keeps_clear: (N, N) pairs that must not stand in each other.
+        stays_inside: (N,) objects of which no part may be outside the room; of the others the pivot.
+        width: of the room, metres.
+        depth: of the room, metres.
+    """
+    half = size / 2
+    for b in range(len(yaw)):
+        for i in range(len(before_yaw)):
+            x, z, heading = position[b, i, 0], position[b, i, 1], yaw[b, i]
+            taken = outside_by(x, z, heading, half[i], width, depth, stays_inside[i]) > 0
+            for j in range(len(before_yaw)):
+                if j != i and keeps_clear[i, j] and not taken:
+                    settled = j < i
+                    dx = (position[b, j, 0] if settled else before[j, 0]) - x
+                    dz = (position[b, j, 1] if settled else before[j, 1]) - z
+                    other = yaw[b, j] if settled else before_yaw[j]
+                    taken = overlap_depth(dx, dz, heading, other, half[i], half[j]) > 0
+            if taken:
+                position[b, i] = before[i]
+                yaw[b, i] = before_yaw[i]
+
+
+@numba.njit(cache=True, nogil=True)
 def are_valid(
     position: FloatArray,
     yaw: FloatArray,

@@ -75,16 +75,18 @@ def single_mover(
     Returns:
         The effort; infinite where no turn and no way is enough.
     """
-    coarse = _least_of_parts(
-        polygon, home, goal, between, diagonal, way_weight, turn_weight, leaving, clear, 0.0, between
-    )
+    reached = np.inf
+    for k in range(PARTS + 1):
+        turned = between * k / PARTS
+        ways = _way(polygon, home, goal, between, diagonal, way_weight, turn_weight, leaving, clear, turned)
+        reached = min(reached, turned + ways)
     best = np.inf
     for k in range(PARTS):
         low, high = between * k / PARTS, between * (k + 1) / PARTS
         bound = low + _way(
             polygon, home, goal, between, diagonal, way_weight, turn_weight, leaving, clear, high
         )
-        if bound <= coarse + 1e-9:
+        if bound < reached:
             bound = _least_of_parts(
                 polygon, home, goal, between, diagonal, way_weight, turn_weight, leaving, clear, low, high
             )

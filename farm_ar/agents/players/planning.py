@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numba
 import numpy as np
 
+from farm_ar.agents.players.acting import moves_left, possible
 from farm_ar.agents.players.foreseeing import foresee
 from farm_ar.arrays import BoolArray, FloatArray
 from farm_ar.envs import FarmToTableEnv
 from farm_ar.envs.actions import SlotAction
 from farm_ar.envs.budget import Budget
-from farm_ar.envs.controls import MoveControl
 from farm_ar.envs.moves import Move
 from farm_ar.envs.placing import boxes_overlap
 from farm_ar.envs.table import TableView
@@ -44,7 +43,7 @@ class _Node(NamedTuple):
     radians: float
 
 
-def best_plan(env: FarmToTableEnv, beam: int, possible: Callable[[Move], Move]) -> list[Step]:
+def best_plan(env: FarmToTableEnv, beam: int) -> list[Step]:
     """The plan after which the paper's rule would give most wrong labels, less the price of the effort.
 
     Every object is moved once at most, over half of the way to the place of a label of its kind or farther
@@ -54,11 +53,11 @@ def best_plan(env: FarmToTableEnv, beam: int, possible: Callable[[Move], Move]) 
     Args:
         env: an environment in an episode.
         beam: how many unfinished plans are kept.
-        possible: the move that an action can ask for in place of the one wanted.
+
+    Raises:
+        OptionError: the hand is steered.
     """
-    view, control = env.view, env.control
-    assert isinstance(control, MoveControl)
-    most = control.moves_left if env.options.control == "move" else len(view.movable)
+    view, most = env.view, moves_left(env)
     nodes = [_Node((), view.truth.position, view.truth.yaw, 0.0, 0.0)]
     best: tuple[float, tuple[Step, ...]] = (0.0, ())
     foreseen = foresee(env, view.truth.position[None], view.truth.yaw[None])
@@ -69,7 +68,7 @@ def best_plan(env: FarmToTableEnv, beam: int, possible: Callable[[Move], Move]) 
             for step in _steps(view, node):
                 key = frozenset((*node.steps, step))
                 if key not in grown:
-                    after = _after(view, env.budget, node, step, possible)
+                    after = _after(env, node, step)
                     if after is not None:
                         grown[key] = after
         if not grown:
@@ -107,11 +106,10 @@ def _steps(view: TableView, node: _Node) -> list[Step]:
     ]
 
 
-def _after(
-    view: TableView, budget: Budget, node: _Node, step: Step, possible: Callable[[Move], Move]
-) -> _Node | None:
+def _after(env: FarmToTableEnv, node: _Node, step: Step) -> _Node | None:
     """The plan with one step more; None where the budget does not reach or the way is not clear."""
-    move = _fitted(budget, node, possible(move_of(view, step)))
+    view = env.view
+    move = _fitted(env.budget, node, possible(env, move_of(view, step)))
     metres = node.metres + float(np.linalg.norm(move.displacement))
     radians = node.radians + abs(move.turn)
     if metres + radians <= node.metres + node.radians:

@@ -31,18 +31,19 @@ def line_chart(
     y_label: str,
     x_limit: float,
     y_limit: float = 1.0,
-    size: tuple[float, float] = (560.0, 300.0),
+    size: tuple[float, float] = (480.0, 300.0),
 ) -> str:
     """Lines over a grid, with a legend; both axes begin at 0."""
     width, height = size
     across, up = width - LEFT - RIGHT, height - TOP - BOTTOM
 
     def place(x: float, y: float) -> str:
-        return f"{LEFT + across * min(x / x_limit, 1.0):.1f},{TOP + up * (1 - y / y_limit):.1f}"
+        return f"{LEFT + across * x / x_limit:.1f},{TOP + up * (1 - y / y_limit):.1f}"
 
     parts = [_frame(size, x_label, y_label, x_limit, y_limit)]
     for line in lines:
-        points = " ".join(place(x, y) for x, y in zip(line.x, line.y, strict=True) if np.isfinite(y))
+        shown = [(x, y) for x, y in zip(line.x, line.y, strict=True) if x <= x_limit and np.isfinite(y)]
+        points = " ".join(place(x, y) for x, y in shown)
         dash = f' stroke-dasharray="{line.dash}"' if line.dash else ""
         parts.append(
             f'<polyline points="{points}" fill="none" stroke="{line.colour}" stroke-width="2"{dash}/>'
@@ -78,13 +79,15 @@ def cell_chart(
     """Cells coloured by the logarithm of their numbers; a row per value of y from 1, the last "and more"."""
     width, height = size
     across, up = width - LEFT - RIGHT, height - TOP - BOTTOM
-    table = np.asarray(cells, dtype=np.float64)
+    whole = np.asarray(cells, dtype=np.float64)
+    used = max(int(np.flatnonzero(whole.any(axis=1)).max(initial=0)) + 1, 4)
+    table = whole[:used]
     rows, columns = table.shape
     strength = np.log1p(table) / max(float(np.log1p(table).max()), 1e-9)
     parts = []
     for r in range(rows):
         y = TOP + up * (rows - 1 - r) / rows
-        label = f"{r + 1}+" if r == rows - 1 else str(r + 1)
+        label = f"{r + 1}+" if r == len(whole) - 1 else str(r + 1)
         parts.append(_text(LEFT - 6, y + up / rows / 2 + 3.5, label, "end", 10))
         for c in range(columns):
             if table[r, c] > 0:

@@ -75,7 +75,7 @@ def _cards(summary: Summary, scene: Scene) -> str:
     for rule in summary.rules:
         certified = rule.theorem != NO_BOUND
         bound = f"no attack below {number(rule.bound_median)}" if certified else "no certificate"
-        tight = f", known to a factor of {number(rule.best.tightness)}" if certified else ""
+        tight = f", known to a factor of {ratio(rule.best.tightness)} ({rule.theorem})" if certified else ""
         cards.append(
             f'<div class="card"><div class="name">{escape(rule.reid)}</div>'
             f'<div class="big">{number(rule.best.median)}</div>'
@@ -96,29 +96,28 @@ def _rules_table(summary: Summary, scene: Scene) -> str:
                 in_metres(rule.best.median, scene),
                 number(rule.bound_median) if certified else "none",
                 number(rule.bound_t1) if certified else "none",
-                number(rule.best.tightness) if certified else "–",
+                ratio(rule.best.tightness) if certified else "–",
                 share(rule.best.failed),
                 share(rule.noise),
                 number(rule.endpoint_error_m),
                 "–" if rule.miscounts is None else f"{rule.miscounts:.1f}",
-                rule.theorem,
             ]
         )
     head = [
         "re-identifier", "median least perturbation", "as a way", "certified", "by T1 alone",
         "found / certified", "cases that failed", "fails in everyday disorder", "endpoint error, m",
-        "miscounted animals", "theorem",
+        "miscounted animals",
     ]  # fmt: skip
     return table(head, rows)
 
 
 def _comparison(study: Study, summary: Summary) -> str:
-    lines = []
+    lines, reach = [], _reach(study, summary)
     for rule, colour in zip(summary.rules, COLOURS, strict=False):
-        lines.append(_curve(study, rule.reid, rule.best.least, colour))
+        lines.append(_curve(reach, rule.reid, rule.best.least, colour))
         if rule.theorem != NO_BOUND:
-            lines.append(_curve(study, f"{rule.reid}, certified", rule.bounds, colour, "5 4"))
-    chart = line_chart(lines, "effort", "share of cases broken", _reach(study, summary))
+            lines.append(_curve(reach, f"{rule.reid}, certified", rule.bounds, colour, "5 4"))
+    chart = line_chart(lines, "effort", "share of cases broken", reach)
     return (
         chart
         + "<p>Solid: what the attacks reach. Dashed: what no attack can exceed, where a theorem says so."
@@ -139,20 +138,21 @@ def _rule_part(study: Study, rule: RuleSummary, scene: Scene, many: bool) -> str
     colours = [*COLOURS[: len(rule.attacks) - 1], COLOURS[-1]]
     shown = rule.attacks if len(rule.attacks) > 2 else rule.attacks[:1]
     lines = [
-        _curve(study, one.attack, one.least, colour) for one, colour in zip(shown, colours, strict=False)
+        _curve(reach, one.attack, one.least, colour) for one, colour in zip(shown, colours, strict=False)
     ]
     if rule.theorem != NO_BOUND:
-        lines.append(_curve(study, "certified", rule.bounds, "#dc2626", "5 4"))
+        lines.append(_curve(reach, "certified", rule.bounds, "#dc2626", "5 4"))
     curve = line_chart(lines, "effort", "share of cases broken", reach)
-    parts = [_section(f"{prefix}success against effort", f"{curve}{_attacks_table(rule)}")]
+    both = f'<div class="row"><div>{curve}</div><div>{_attacks_table(rule)}</div></div>'
+    parts = [_section(f"{prefix}success against effort", both)]
     parts.append(_section(f"{prefix}kinds of failures", _cells(study, rule)))
     parts.append(_section(f"{prefix}how sure it is of itself", _calibration(rule)))
     parts.append(_section(f"{prefix}where it is weak", _weak(study, rule, scene)))
     return "".join(parts)
 
 
-def _curve(study: Study, name: str, least: Sequence[float | None], colour: str, dash: str = "") -> Line:
-    efforts = np.linspace(0, study.options.budget, POINTS)
+def _curve(reach: float, name: str, least: Sequence[float | None], colour: str, dash: str = "") -> Line:
+    efforts = np.linspace(0, reach, POINTS)
     return Line(name, efforts.tolist(), broken_within(least, efforts).tolist(), colour, dash)
 
 
@@ -162,17 +162,11 @@ def _attacks_table(rule: RuleSummary) -> str:
             one.attack,
             number(one.median),
             share(one.failed),
-            number(one.tightness) if rule.theorem != NO_BOUND else "–",
+            ratio(one.tightness) if rule.theorem != NO_BOUND else "–",
             "–" if not np.isfinite(one.queries_per_second) else f"{one.queries_per_second:.0f}",
         ]
 
-    head = [
-        "attack",
-        "median least perturbation",
-        "cases that failed",
-        "found / certified",
-        "queries a second",
-    ]
+    head = ["attack", "median least", "failed", "found / certified", "queries a second"]
     shown = rule.attacks if len(rule.attacks) > 2 else rule.attacks[:1]
     return table(head, [row(one) for one in shown])
 
@@ -211,7 +205,7 @@ def _weak(study: Study, rule: RuleSummary, scene: Scene) -> str:
     ]
     cameras = [
         [
-            str(case), f"{x:.2f}, {z:.2f}", f"{np.rad2deg(yaw):.0f}°", number(effort),
+            str(case), f"{x:.2f}, {z:.2f}", f"{np.rad2deg(yaw) + 0.0:.0f}°", number(effort),
             number(bound) if certified else "–",
         ]
         for case, (x, z, yaw), effort, bound in rule.cases[:WEAKEST]
@@ -221,8 +215,8 @@ def _weak(study: Study, rule: RuleSummary, scene: Scene) -> str:
     strength = [(effort - low) / (high - low) for effort in efforts]
     picture = cameras_picture(scene, [camera for _, camera, _, _ in rule.cases], strength)
     return (
-        f'<div class="row"><div>{table(["label", "misread", "cases in view", "certified"], labels)}</div>'
-        f"<div>{table(['case', 'camera at', 'heading', 'least', 'certified'], cameras)}</div>"
+        f'<div class="row"><div>{table(["label", "misread", "cases in view", "certified"], labels)}'
+        f"{table(['case', 'camera at', 'heading', 'least', 'certified'], cameras)}</div>"
         f"<figure>{picture}<figcaption>Cameras, red where the least effort was small</figcaption></figure>"
         f"</div>"
     )
@@ -264,10 +258,12 @@ EXPLANATION = """
 <p><b>Effort</b> is D(q, p) = |q − p| / l + sin(|turn| / 2), summed over the objects that were moved: l is the
 room's diagonal, so that 0.1 is a tenth of it, or a turn of 11.5°. A <b>failure</b> is a layout, with nothing
 outside the room and nothing in anything else, whose snapshot has a wrong label. The <b>least
-perturbation</b> of a case is the effort of the cheapest failure found. The <b>certified</b> effort is proven: no
-displacement of whatever objects with less makes any label wrong. Intervals are exact binomial ones at 95%.</p>
+perturbation</b> of a case is the effort of the cheapest failure found. The <b>certified</b> effort is proven:
+no displacement of whatever objects with less makes any label wrong. Intervals are exact binomial ones at
+95%.</p>
 <p><b>Everyday disorder</b> is normal noise (SD 5 cm on the farm's table, larger in larger rooms, and 15°) on
-all objects. <b>Relative likelihood</b> is that of a failure under such noise, against nothing having moved.</p>
+all objects. <b>Relative likelihood</b> is that of a failure under such noise, against nothing having
+moved.</p>
 """
 
 
@@ -302,11 +298,17 @@ def number(value: float | None) -> str:
     return "–" if not np.isfinite(value) else f"{value:.3g}"
 
 
+def ratio(value: float) -> str:
+    """A factor with two decimals; an infinite one as "> budget"; NaN as a dash."""
+    return f"{value:.2f}" if np.isfinite(value) else number(value)
+
+
 def share(value: Share) -> str:
     """A share with its interval, in per cent."""
     if not np.isfinite(value.value):
         return "–"
-    return f"{100 * value.value:.0f}% ({100 * value.low:.0f}–{100 * value.high:.0f})"
+    digits = 1 if 0 < min(value.value, 1 - value.value) < 0.05 else 0
+    return f"{100 * value.value:.{digits}f}% ({100 * value.low:.{digits}f}–{100 * value.high:.{digits}f})"
 
 
 def in_metres(effort: float, scene: Scene) -> str:

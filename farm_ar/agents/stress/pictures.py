@@ -17,7 +17,7 @@ FILLS = ("#fde68a", "#bfdbfe", "#bbf7d0", "#fbcfe8", "#ddd6fe", "#fed7aa", "#cbd
 """Of the categories, in turn."""
 
 RED, INK, FAINT, PALE = "#dc2626", "#374151", "#9ca3af", "#f3f4f6"
-WIDTH = 340.0
+WIDTH, TAG_HEIGHT = 340.0, 12.0
 
 
 class _Sheet:
@@ -71,7 +71,10 @@ def failure_picture(case: Case, failure: Mapping[str, Any]) -> str:
         wrong = label in misread
         fill = FILLS[int(layout.category_code[i]) % len(FILLS)]
         stroke, weight = (RED, 2.2) if wrong else (INK, 0.8)
-        opacity = 1.0 if seen[i] else 0.4
+        if not (seen[i] or moved[i]):
+            parts.append(f'<polygon points="{sheet.path(after[i])}" fill="{fill}" class="away"/>')
+            continue
+        opacity = 1.0 if seen[i] else 0.6
         front = position[i] + direction(yaw[i]) * layout.size[i, 2] / 2
         parts.append(
             f'<g opacity="{opacity}"><polygon points="{sheet.path(after[i])}" fill="{fill}" '
@@ -79,16 +82,23 @@ def failure_picture(case: Case, failure: Mapping[str, Any]) -> str:
             f"<title>{escape(label)}</title></g>"
         )
     parts += [_arrow(sheet, layout.position[k], position[k]) for k in np.flatnonzero(moved)]
-    for i, label in enumerate(layout.labels):
-        if label in misread:
-            x, y = sheet.point(position[i])
-            given = "nothing" if misread[label] is None else misread[label]
-            anchor = "start" if x < WIDTH / 3 else "end" if x > 2 * WIDTH / 3 else "middle"
-            parts.append(
-                f'<text class="tag" x="{x:.1f}" y="{y - 10:.1f}" text-anchor="{anchor}">'
-                f"{escape(label)} → {escape(given)}</text>"
-            )
-    return sheet.svg("".join(parts))
+    places = {label: sheet.point(position[i]) for i, label in enumerate(layout.labels) if label in misread}
+    return sheet.svg("".join(parts) + _tags(places, misread))
+
+
+def _tags(places: Mapping[str, tuple[float, float]], misread: Mapping[str, str | None]) -> str:
+    """What each misread object was taken for, one tag below the other where they would meet."""
+    parts, lowest = [], -np.inf
+    for label, (x, y) in sorted(places.items(), key=lambda item: item[1][1]):
+        top = max(y - 10, lowest + TAG_HEIGHT)
+        lowest = top
+        given = "nothing" if misread[label] is None else misread[label]
+        anchor = "start" if x < WIDTH / 3 else "end" if x > 2 * WIDTH / 3 else "middle"
+        parts.append(
+            f'<text class="tag" x="{x:.1f}" y="{top:.1f}" text-anchor="{anchor}">'
+            f"{escape(label)} → {escape(str(given))}</text>"
+        )
+    return "".join(parts)
 
 
 def cameras_picture(scene: Scene, cameras: Sequence[Sequence[float]], strength: Sequence[float]) -> str:
@@ -108,36 +118,6 @@ def cameras_picture(scene: Scene, cameras: Sequence[Sequence[float]], strength: 
         left, top = sheet.point(place)
         parts.append(_stroke(sheet, place, tip, colour, 1.6))
         parts.append(f'<circle cx="{left:.1f}" cy="{top:.1f}" r="3.5" fill="{colour}"/>')
-    return sheet.svg("".join(parts))
-
-
-def layout_picture(scene: Scene, radius: Sequence[float]) -> str:
-    """A layout with its labels, and around each object how far its pivot may move without being mistaken.
-
-    Args:
-        scene: the room and its layout.
-        radius: of each object, metres; 0 for none.
-    """
-    layout = scene.layout
-    sheet = _Sheet(-0.03 * np.array(scene.size), 1.03 * np.array(scene.size))
-    parts = [_ground(sheet, scene)]
-    corners = footprint_corners(layout.position, layout.yaw, layout.size)
-    for place, metres in zip(layout.position, radius, strict=True):
-        x, y = sheet.point(place)
-        parts.append(
-            f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{metres * sheet.scale:.1f}" fill="#10b981" '
-            f'fill-opacity="0.15" stroke="#059669" stroke-dasharray="3 2"/>'
-        )
-    for i, label in enumerate(layout.labels):
-        fill = FILLS[int(layout.category_code[i]) % len(FILLS)]
-        front = layout.position[i] + direction(layout.yaw[i]) * layout.size[i, 2] / 2
-        x, y = sheet.point(layout.position[i])
-        parts.append(
-            f'<polygon points="{sheet.path(corners[i])}" fill="{fill}" stroke="{INK}" stroke-width="0.8"/>'
-            f"{_stroke(sheet, layout.position[i], front, INK, 1.0)}"
-            f'<text x="{x:.1f}" y="{y + 3:.1f}" text-anchor="middle" font-size="8" '
-            f'font-family="sans-serif" fill="{INK}">{escape(label)}</text>'
-        )
     return sheet.svg("".join(parts))
 
 

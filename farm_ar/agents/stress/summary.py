@@ -90,8 +90,8 @@ class Summary:
     failures: tuple[tuple[str, Row, dict[str, Any]], ...]
 
 
-GALLERY = 6
-"""Failures of each kind in the gallery."""
+GALLERY, GALLERY_OF_MANY = 6, 3
+"""Failures of each kind and rule in the gallery; of more than two rules."""
 
 
 def summarise(study: Study, labels: Sequence[str]) -> Summary:
@@ -191,7 +191,8 @@ def _weak_labels(
         seen = [row for row in known if row["in_view"][i]]
         bound = median([row["bound_by_object"][i] for row in seen]) if certified else float("nan")
         rows.append((label, misread.count(label), len(seen), bound))
-    return tuple(sorted(rows, key=lambda row: -row[1]))
+    shown = [row for row in rows if row[1] or row[2]]
+    return tuple(sorted(shown, key=lambda row: (-row[1], np.nan_to_num(row[3], nan=np.inf))))
 
 
 def _weak_cases(
@@ -207,6 +208,7 @@ def _weak_cases(
 def _gallery(study: Study) -> list[tuple[str, Row, dict[str, Any]]]:
     """The cheapest, the worst and the likeliest failures of each re-identifier, one of each case."""
     shown = []
+    number = GALLERY if len(study.options.reids) <= 2 else GALLERY_OF_MANY
     for reid in study.options.reids:
         rows = [row for row in study.attacked if row["reid"] == reid and row["cheapest"] is not None]
         orders = {
@@ -217,7 +219,7 @@ def _gallery(study: Study) -> list[tuple[str, Row, dict[str, Any]]]:
         for kind, order in orders.items():
             cases: set[int] = set()
             for row in sorted(rows, key=order):
-                if row["case"] not in cases and len(cases) < GALLERY:
+                if row["case"] not in cases and len(cases) < number:
                     cases.add(row["case"])
                     shown.append((kind, row, row["worst" if kind == "worst" else "cheapest"]))
     return shown

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from farm_ar.agents.attacks import ATTACKS, Failure, Trial, wrong_labels
-from farm_ar.agents.attacks.validity import are_valid
+from farm_ar.agents.attacks.validity import settle
 from farm_ar.agents.cases import Case, draw_case
 from farm_ar.agents.certificates import lower_bound
 from farm_ar.agents.effort import effort_of
@@ -48,15 +48,15 @@ def describe_case(seed: int, scene: str, jitter: str, case: int, reid: str, draw
         jitter: how far layouts stray.
         case: its number.
         reid: the re-identifier's name.
-        draws: how many disordered layouts are tried; those with overlaps are drawn again.
+        draws: how many disordered layouts are looked at.
     """
     begin = time.perf_counter()
     known = known_case(scene, case, jitter, seed)
     rule = make_reid(reid, known.scene)
     bound = lower_bound(known, rule)
     position, yaw = _disordered(known, draws, np.random.default_rng([seed, case, 1]))
-    wrong = wrong_labels(known, rule, position, yaw) if len(yaw) else np.zeros(0, dtype=np.int64)
-    sure = [_confidence(known, rule, position[k], yaw[k]) for k in range(min(ASKED_FOR_CONFIDENCE, len(yaw)))]
+    wrong = wrong_labels(known, rule, position, yaw)
+    sure = [_confidence(known, rule, position[k], yaw[k]) for k in range(min(ASKED_FOR_CONFIDENCE, draws))]
     row = {
         "case": case,
         "reid": reid,
@@ -168,15 +168,15 @@ def surprise(case: Case, position: FloatArray, yaw: FloatArray) -> float:
 
 
 def _disordered(case: Case, draws: int, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-    """As many allowed disordered layouts as are found among ten times as many draws: (B, N, 2) and (B, N)."""
-    noise, layout = everyday_noise(case.scene), case.layout
-    drawn = noise.disturb(layout, case.scene.size, rng, (10 * draws,))
-    valid = are_valid(
-        drawn.position, drawn.yaw, layout.position, layout.yaw, layout.size,
-        layout.fixed, case.keeps_clear, case.stays_inside, *case.scene.size,
+    """Layouts in everyday disorder, (B, N, 2) and (B, N); what would stand in something else stays."""
+    layout = case.layout
+    drawn = everyday_noise(case.scene).disturb(layout, case.scene.size, rng, (draws,))
+    position, yaw = drawn.position.copy(), drawn.yaw.copy()
+    settle(
+        position, yaw, layout.position, layout.yaw, layout.size,
+        case.keeps_clear, case.stays_inside, *case.scene.size,
     )  # fmt: skip
-    chosen = np.flatnonzero(valid)[:draws]
-    return drawn.position[chosen], drawn.yaw[chosen]
+    return position, yaw
 
 
 def _confidence(

@@ -1,0 +1,44 @@
+"""Numbers about many cases, against tables and by hand."""
+
+import numpy as np
+import pytest
+
+from farm_ar.agents.stress.statistics import broken_within, calibrate, clopper_pearson, median
+
+
+@pytest.mark.parametrize(
+    ("k", "n", "low", "high"),
+    # Tables of Clopper and Pearson at 95%.
+    [(0, 10, 0.0, 0.3085), (1, 10, 0.0025, 0.4450), (5, 10, 0.1871, 0.8129), (10, 10, 0.6915, 1.0)],
+)
+def test_intervals_are_those_of_clopper_and_pearson(k, n, low, high):
+    found = clopper_pearson(k, n)
+    assert found == pytest.approx((k / n, low, high), abs=1e-4)
+
+
+def test_of_no_trials_everything_is_possible():
+    assert np.isnan(clopper_pearson(0, 0).value)
+    assert clopper_pearson(0, 0)[1:] == (0.0, 1.0)
+
+
+def test_a_median_counts_what_never_failed_as_infinite():
+    assert median([0.3, 0.1, None]) == 0.3
+    assert median([0.3, None, None]) == np.inf
+    assert median([0.1, 0.3]) == pytest.approx(0.2)
+    assert median([0.1, None]) == np.inf
+    assert np.isnan(median([]))
+
+
+def test_the_share_broken_within_an_effort():
+    found = broken_within([0.1, 0.2, None, 0.2], np.array([0.0, 0.1, 0.2, 1.0]))
+    assert found.tolist() == [0, 0.25, 0.75, 0.75]
+    assert broken_within([], np.array([0.5])).tolist() == [0.0]
+
+
+def test_calibration_compares_confidence_with_what_is_right():
+    found = calibrate([(0.95, True), (0.95, False), (1.0, True), (0.05, False)])
+    assert found.answers.tolist() == [1] + [0] * 8 + [3]
+    assert found.right[9] == pytest.approx(2 / 3)
+    # 3/4 (.9667 - .6667) + 1/4 (.05 - 0)
+    assert found.error == pytest.approx(0.2375)
+    assert np.isnan(calibrate([]).error)

@@ -1,0 +1,230 @@
+"""The stress test from end to end: units, numbers, page, files, replay."""
+
+import csv
+import json
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from farm_ar.agents.stress import (
+    StressOptions,
+    read_failure,
+    replay_failure,
+    run_stress,
+    summarise,
+    write_study,
+)
+from farm_ar.agents.stress.charts import bar_chart
+from farm_ar.agents.stress.files import ReportError
+from farm_ar.agents.stress.page import command_of, in_metres, number, page_of
+from farm_ar.agents.stress.rules import make_reid
+from farm_ar.agents.stress.units import known_case, surprise
+from farm_ar.errors import OptionError
+from farm_ar.reid import NearestReid
+from farm_ar.scenes import builtin_scene
+from farm_ar.sweeps import Store
+
+RULES = ("spatial", "likelihood", "nearest")
+FEW = StressOptions(reids=RULES, attacks=("analytic", "halton"), queries=150, cases=3, noise_draws=20)
+LABELS = builtin_scene("farm").layout.labels
+
+
+@pytest.fixture(scope="module")
+def study():
+    return run_stress(FEW)
+
+
+@pytest.fixture(scope="module")
+def summary(study):
+    return summarise(study, LABELS)
+
+
+@pytest.fixture(scope="module")
+def folder(study, summary, tmp_path_factory):
+    out = tmp_path_factory.mktemp("stress")
+    write_study(study, summary, out)
+    return out
+
+
+def test_every_rule_has_every_attack_and_the_best_of_them(summary):
+    assert [rule.reid for rule in summary.rules] == ["spatial", "likelihood", "nearest"]
+    for rule in summary.rules:
+        assert [one.attack for one in rule.attacks] == ["analytic", "halton", "best"]
+        for case in range(3):
+            efforts = [one.least[case] for one in rule.attacks[:2] if one.least[case] is not None]
+            assert rule.best.least[case] == min(efforts, default=None)
+
+
+def test_certificates_stand_where_a_theorem_does(summary):
+    spatial, likelihood, nearest = summary.rules
+    assert likelihood.theorem == "none"
+    assert np.isnan(likelihood.bound_median)
+    for rule in (spatial, nearest):
+        assert rule.theorem != "none"
+        assert 1 <= rule.best.tightness < 1.5
+        assert rule.bound_t1 <= rule.bound_median
+
+
+def test_a_failure_always_breaks_the_rule_that_it_was_made_for(summary):
+    for rule in summary.rules:
+        assert rule.transfer[rule.reid].value == 1.0
+
+
+def test_the_game_suffers_from_wrong_labels(summary):
+    spatial = summary.rules[0]
+    assert spatial.endpoint_error_m > 0.01
+    assert spatial.miscounts > 0
+
+
+def test_a_rule_that_says_how_sure_it_is_is_calibrated(summary):
+    likelihood = summary.rules[1]
+    assert likelihood.calibration.answers.sum() > 50
+    assert 0 <= likelihood.calibration.error <= 1
+
+
+def test_the_weakest_come_first(summary):
+    rule = summary.rules[0]
+    efforts = [np.inf if effort is None else effort for _, _, effort, _ in rule.cases]
+    assert efforts == sorted(efforts)
+    assert [row[1] for row in rule.labels] == sorted((row[1] for row in rule.labels), reverse=True)
+    assert sum(row[1] for row in rule.labels) >= 3
+
+
+def test_the_page_needs_nothing_else(folder):
+    page = (folder / "stress.html").read_text()
+    links = re.findall(r"(?:src|href)=|url\(|@import|https?://(?!www\.w3\.org/2000/svg)", page)
+    assert links == []
+    assert page.count("<svg") > 10
+    assert "farm-ar stress --scene farm --compare spatial,likelihood,nearest" in page
+    assert "<script" not in page
+
+
+def test_a_page_of_one_rule_compares_nothing(study):
+    alone = replace(study, options=replace(FEW, reids=("spatial",), attacks=("analytic",)))
+    page = page_of(alone, summarise(alone, LABELS))
+    assert "Transfer" not in page
+    assert "--reid spatial --attack analytic " in command_of(alone)
+
+
+def test_the_table_has_a_row_per_attack_and_agrees_with_the_study(folder, study):
+    with (folder / "stress.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 3 * 3 * 2
+    for row, found in zip(rows, study.attacked, strict=True):
+        assert (row["least"] == "") == (found["least"] is None)
+        if found["least"] is not None:
+            assert float(row["least"]) == found["least"]
+            assert float(row["wrong"]) > 0
+        assert (row["bound"] == "") == (row["reid"] == "likelihood")
+        if row["ratio"]:
+            assert float(row["ratio"]) >= 1
+
+
+def test_every_failure_of_the_file_replays_to_the_last_bit(folder):
+    failures = json.loads((folder / "stress.json").read_text())["failures"]
+    assert {failure["kind"] for failure in failures} == {"cheapest", "worst", "likeliest"}
+    for failure in failures[::4]:
+        again = replay_failure(read_failure(folder / "stress.json", failure["id"]))
+        assert again.same
+        assert again.wrong == failure["wrong"] > 0
+        pairs = zip(again.truth, again.answer.labels, strict=True)
+        misread = [[true, given] for true, given in pairs if true != given]
+        assert misread == failure["misread"]
+
+
+def test_a_failure_that_was_tampered_with_is_not_the_same(folder):
+    failure = dict(read_failure(folder / "stress.json", 0))
+    assert not replay_failure(failure | {"effort": failure["effort"] + 1e-9}).same
+
+
+@pytest.mark.parametrize(
+    ("content", "number_of", "message"),
+    [
+        ("[]", 0, "must be a list"),
+        ('{"failures": []}', 0, "must hold number 0"),
+        ('{"failures": [{}]}', 0, "must have"),
+    ],
+)
+def test_a_file_that_is_none_is_refused(tmp_path, content, number_of, message):
+    path = tmp_path / "stress.json"
+    path.write_text(content)
+    with pytest.raises(ReportError, match=message):
+        read_failure(path, number_of)
+
+
+def test_what_is_finished_is_not_run_again(tmp_path):
+    options = StressOptions(attacks=("halton",), queries=60, cases=2, noise_draws=5)
+    path = tmp_path / "store.sqlite"
+    first = run_stress(options, path)
+    told = []
+    with Store(path) as store:
+        again = run_stress(options, store, watch=told.append)
+    assert all(standing.done == 0 for standing in told)
+    assert again.attacked == first.attacked
+
+
+def test_a_scene_without_the_game_has_no_miscounts():
+    options = StressOptions("lab", attacks=("analytic",), queries=80, cases=2, jitter="none", noise_draws=5)
+    found = summarise(run_stress(options), builtin_scene("lab").layout.labels)
+    assert found.rules[0].miscounts is None
+    assert found.rules[0].endpoint_error_m > 0
+
+
+def test_nothing_within_a_small_budget_is_nothing_to_look_at():
+    options = StressOptions(attacks=("halton",), queries=20, cases=2, budget=0.001, noise_draws=5)
+    study = run_stress(options)
+    found = summarise(study, LABELS)
+    assert found.rules[0].best.median == np.inf
+    assert "Nothing failed" in page_of(study, found)
+
+
+def test_own_classes_are_found_by_name():
+    scene = builtin_scene("farm")
+    assert isinstance(make_reid("farm_ar.reid:NearestReid", scene), NearestReid)
+    assert make_reid("farm_ar.reid:SpatialReid", scene).options.gate_categories is False
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [("best", "must be one of distance, .*module:Class"), ("farm_ar.scenes:Scene.name", "function"),
+     ("builtins:repr", "identify"), ("farm_ar.reid:Nobody", "function")],
+)  # fmt: skip
+def test_rules_that_are_none_are_refused(name, message):
+    with pytest.raises(OptionError, match=message):
+        make_reid(name, builtin_scene("farm"))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "field"),
+    [
+        ({"scene": "moon"}, "scene"), ({"reids": ()}, "reid"), ({"attacks": ("random", "random")}, "attack"),
+        ({"attacks": ("luck",)}, "attack"), ({"jitter": "wild"}, "jitter"), ({"queries": 0}, "queries"),
+        ({"cases": True}, "cases"), ({"budget": 0.0}, "budget"), ({"seed": -1}, "seed"),
+    ],
+)  # fmt: skip
+def test_options_out_of_their_limits_are_refused(wrong, field):
+    with pytest.raises(OptionError, match=f"^{field}"):
+        StressOptions(**wrong)
+
+
+def test_surprise_is_half_the_squared_scores():
+    case = known_case("farm", 0, "none", 0)
+    position, yaw = case.layout.position.copy(), case.layout.yaw.copy()
+    position[0] += [0.05, 0.0]  # one SD of everyday disorder
+    yaw[1] += np.deg2rad(30.0)  # two
+    assert surprise(case, position, yaw) == pytest.approx((1 + 4) / 2)
+
+
+def test_numbers_as_the_page_writes_them():
+    farm = builtin_scene("farm")
+    assert [number(v) for v in (0.12345, np.inf, None, np.nan)] == ["0.123", "> budget", "> budget", "–"]
+    assert in_metres(0.1, farm) == "14.4 cm"
+    assert in_metres(1.0, farm) == "1.44 m"
+    assert in_metres(np.inf, farm) == "–"
+
+
+def test_a_bar_without_answers_is_a_gap():
+    chart = bar_chart([np.nan, 0.5], [0.0, 4.0], "x", "y", (200.0, 100.0))
+    assert chart.count("<rect") == 1

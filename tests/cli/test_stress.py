@@ -1,0 +1,69 @@
+"""`farm-ar stress`, `farm-ar stress-replay` and `farm-ar design`."""
+
+import json
+
+import pytest
+
+from farm_ar.scenes import load_scene
+
+QUICK = ["stress", "--cases", "2", "--queries", "60", "--attack", "analytic"]
+
+
+def test_a_stress_test_writes_its_files_and_prints_its_numbers(run, tmp_path):
+    result = run(*QUICK, "--out", str(tmp_path))
+    assert result.exit_code == 0
+    assert "spatial" in result.stdout
+    assert {"stress.html", "stress.json", "stress.csv"} <= {path.name for path in tmp_path.iterdir()}
+
+
+def test_the_files_do_not_depend_on_the_workers(run, tmp_path):
+    for name, workers in (("one", "1"), ("two", "2")):
+        assert run(*QUICK, "--workers", workers, "--out", str(tmp_path / name)).exit_code == 0
+    for file in ("stress.json", "stress.csv"):
+        assert (tmp_path / "one" / file).read_bytes() == (tmp_path / "two" / file).read_bytes()
+
+
+@pytest.mark.parametrize(("threshold", "code"), [("0.01", 0), ("5.0", 1)])
+def test_a_median_below_the_threshold_fails(run, tmp_path, threshold, code):
+    result = run(*QUICK, "--out", str(tmp_path), "--fail-under", threshold)
+    assert result.exit_code == code
+    assert ("perturbation below" in result.stdout) == (code == 1)
+
+
+def test_a_failure_is_played_again(run, tmp_path):
+    run(*QUICK, "--out", str(tmp_path))
+    report, picture = tmp_path / "stress.json", tmp_path / "failure.svg"
+    result = run("stress-replay", str(report), "0", "--plot", str(picture))
+    assert result.exit_code == 0
+    assert "bit for bit" in result.stdout
+    assert "wrong" in result.stdout
+    assert picture.exists()
+    content = json.loads(report.read_text())
+    content["failures"][0]["wrong"] += 1
+    report.write_text(json.dumps(content))
+    result = run("stress-replay", str(report), "0")
+    assert result.exit_code == 1
+    assert "not what the report says" in result.stdout
+
+
+def test_an_unknown_attack_is_one_line_and_code_2(run, tmp_path):
+    result = run("stress", "--attack", "luck", "--out", str(tmp_path / "new"))
+    assert result.exit_code == 2
+    assert "attack: must be one of" in result.stderr
+    assert not (tmp_path / "new").exists()
+
+
+def test_a_design_is_drawn_and_saved(run, tmp_path):
+    picture, scene = tmp_path / "design.png", tmp_path / "design.json"
+    result = run("design", "--objects", "coop=3,hutch=2", "--plot", str(picture), "--save", str(scene))
+    assert result.exit_code == 0
+    assert "certified radius" in result.stdout
+    assert picture.exists()
+    assert load_scene(scene).layout.labels == ("coop-1", "coop-2", "coop-3", "hutch-1", "hutch-2", "shed")
+
+
+@pytest.mark.parametrize("objects", ["coop", "coop=many", "coop=1,coop=2", ""])
+def test_objects_in_another_form_are_refused(run, objects):
+    result = run("design", "--objects", objects)
+    assert result.exit_code == 2
+    assert "--objects: must be KIND=N" in result.stderr
