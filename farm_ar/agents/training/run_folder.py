@@ -82,7 +82,7 @@ class RunFolder:
         """Write down what was asked for, and with what."""
         values = asdict(run)
         del values["recipe"]
-        earlier = read_json(self.path / DESCRIPTION, RunError)["commands"] if self.exists else []
+        earlier = read_json(self.path / DESCRIPTION, RunError).get("commands", []) if self.exists else []
         versions = {name: version(name) for name in PACKAGES}
         whole = {
             "farm-ar": __version__,
