@@ -58,7 +58,7 @@ def stress(
 
     from farm_ar.agents.attacks import ATTACKS
     from farm_ar.agents.stress import StressOptions, run_stress, summarise, write_study
-    from farm_ar.agents.stress.page import in_metres, number, ratio, share
+    from farm_ar.agents.stress.wording import in_metres, number, ratio, share
     from farm_ar.cli.output import print_line, print_table
     from farm_ar.cli.places import make_folder, writing
     from farm_ar.envs.starting import scene_of
