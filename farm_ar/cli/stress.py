@@ -58,7 +58,7 @@ def stress(
 
     from farm_ar.agents.attacks import ATTACKS
     from farm_ar.agents.stress import StressOptions, run_stress, summarise, write_study
-    from farm_ar.agents.stress.page import in_metres, number, ratio, share
+    from farm_ar.agents.stress.wording import in_metres, number, ratio, share
     from farm_ar.cli.output import print_line, print_table
     from farm_ar.cli.places import make_folder, writing
     from farm_ar.envs.starting import scene_of
@@ -83,15 +83,14 @@ def stress(
     summary = summarise(study, room.layout.labels)
     with writing("--out", out):
         files = write_study(study, summary, out)
+    head = ("rule", "attack", "median least", "as a way", "certified", "/ certified", "failed", "queries/s")
     rows = []
     for rule in summary.rules:
+        certified = number(rule.bound_median) if rule.theorem != "none" else "none"
         for one in rule.attacks if len(options.attacks) > 1 else rule.attacks[:1]:
-            certified = number(rule.bound_median) if rule.theorem != "none" else "none"
-            rows.append(
-                (rule.reid, one.attack, number(one.median), in_metres(one.median, room), certified,
-                 ratio(one.tightness), share(one.failed))
-            )  # fmt: skip
-    head = ("rule", "attack", "median least", "as a way", "certified", "found / certified", "failed")
+            pace = "–" if one.attack == "best" else f"{one.queries_per_second:.0f}"
+            found = number(one.median), in_metres(one.median, room), certified, ratio(one.tightness)
+            rows.append((rule.reid, one.attack, *found, share(one.failed), pace))
     print_table(head, rows, head[2:])
     print_line(f"Wrote {', '.join(str(file) for file in files)}")
     if fail_under is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from html import escape
 from typing import Any
 
@@ -10,21 +10,16 @@ import numpy as np
 
 from farm_ar import __version__
 from farm_ar.agents.certificates import NO_BOUND
-from farm_ar.agents.stress.charts import COLOURS, Line, bar_chart, cell_chart, line_chart
-from farm_ar.agents.stress.pictures import cameras_picture, failure_picture
-from farm_ar.agents.stress.statistics import Share, broken_within
+from farm_ar.agents.stress.charts import COLOURS, line_chart
+from farm_ar.agents.stress.pictures import failure_picture
+from farm_ar.agents.stress.rule_part import curve, reach_of, rule_part
 from farm_ar.agents.stress.study import Study
 from farm_ar.agents.stress.style import STYLE
-from farm_ar.agents.stress.summary import AttackSummary, RuleSummary, Summary
+from farm_ar.agents.stress.summary import Summary
 from farm_ar.agents.stress.units import known_case
+from farm_ar.agents.stress.wording import in_metres, number, ratio, section, share, table
 from farm_ar.envs.starting import scene_of
 from farm_ar.scenes import Scene
-
-POINTS = 201
-"""Points of a curve."""
-
-WEAKEST = 8
-"""Cameras and labels that the tables name."""
 
 
 def page_of(study: Study, summary: Summary) -> str:
@@ -32,14 +27,14 @@ def page_of(study: Study, summary: Summary) -> str:
     scene = scene_of(study.options.scene, game=False)
     many = len(summary.rules) > 1
     parts = [_head(study, scene), _cards(summary, scene)]
-    parts.append(_section("In short", _rules_table(summary, scene)))
+    parts.append(section("In short", _rules_table(summary, scene)))
     if many:
-        parts.append(_section("Side by side", _comparison(study, summary)))
-        parts.append(_section("Transfer", _transfer(summary)))
+        parts.append(section("Side by side", _comparison(study, summary)))
+        parts.append(section("Transfer", _transfer(summary)))
     for rule in summary.rules:
-        parts.append(_rule_part(study, rule, scene, many))
-    parts.append(_section("Failures to look at", _gallery(study, summary)))
-    parts.append(_section("How to read this", _explanation()))
+        parts.append(rule_part(study, rule, scene, many))
+    parts.append(section("Failures to look at", _gallery(study, summary)))
+    parts.append(section("How to read this", _explanation()))
     body = "\n".join(parts)
     title = f"Stress test of {', '.join(study.options.reids)} on {study.options.scene}"
     return (
@@ -112,11 +107,11 @@ def _rules_table(summary: Summary, scene: Scene) -> str:
 
 
 def _comparison(study: Study, summary: Summary) -> str:
-    lines, reach = [], _reach(study, summary)
+    lines, reach = [], reach_of(study, summary)
     for rule, colour in zip(summary.rules, COLOURS, strict=False):
-        lines.append(_curve(reach, rule.reid, rule.best.least, colour))
+        lines.append(curve(reach, rule.reid, rule.best.least, colour))
         if rule.theorem != NO_BOUND:
-            lines.append(_curve(reach, f"{rule.reid}, certified", rule.bounds, colour, "5 4"))
+            lines.append(curve(reach, f"{rule.reid}, certified", rule.bounds, colour, "5 4"))
     chart = line_chart(lines, "effort", "share of cases broken", reach)
     return (
         chart
@@ -130,96 +125,6 @@ def _transfer(summary: Summary) -> str:
     rows = [[rule.reid, *(share(rule.transfer[name]) for name in names)] for rule in summary.rules]
     text = "The cheapest failures made for the rule on the left, shown to the rule above: how many break it."
     return f"<p>{text}</p>" + table(["made for", *names], rows)
-
-
-def _rule_part(study: Study, rule: RuleSummary, scene: Scene, many: bool) -> str:
-    prefix = f"{rule.reid}: " if many else ""
-    reach = _reach(study, Summary((rule,), ()))
-    colours = [*COLOURS[: len(rule.attacks) - 1], COLOURS[-1]]
-    shown = rule.attacks if len(rule.attacks) > 2 else rule.attacks[:1]
-    lines = [
-        _curve(reach, one.attack, one.least, colour) for one, colour in zip(shown, colours, strict=False)
-    ]
-    if rule.theorem != NO_BOUND:
-        lines.append(_curve(reach, "certified", rule.bounds, "#dc2626", "5 4"))
-    curve = line_chart(lines, "effort", "share of cases broken", reach)
-    both = f'<div class="row"><div>{curve}</div><div>{_attacks_table(rule)}</div></div>'
-    parts = [_section(f"{prefix}success against effort", both)]
-    parts.append(_section(f"{prefix}kinds of failures", _cells(study, rule)))
-    parts.append(_section(f"{prefix}how sure it is of itself", _calibration(rule)))
-    parts.append(_section(f"{prefix}where it is weak", _weak(study, rule, scene)))
-    return "".join(parts)
-
-
-def _curve(reach: float, name: str, least: Sequence[float | None], colour: str, dash: str = "") -> Line:
-    efforts = np.linspace(0, reach, POINTS)
-    return Line(name, efforts.tolist(), broken_within(least, efforts).tolist(), colour, dash)
-
-
-def _attacks_table(rule: RuleSummary) -> str:
-    def row(one: AttackSummary) -> list[str]:
-        return [
-            one.attack,
-            number(one.median),
-            share(one.failed),
-            ratio(one.tightness) if rule.theorem != NO_BOUND else "–",
-            "–" if not np.isfinite(one.queries_per_second) else f"{one.queries_per_second:.0f}",
-        ]
-
-    head = ["attack", "median least", "failed", "found / certified", "queries a second"]
-    shown = rule.attacks if len(rule.attacks) > 2 else rule.attacks[:1]
-    return table(head, [row(one) for one in shown])
-
-
-def _cells(study: Study, rule: RuleSummary) -> str:
-    total = np.zeros((1, 1))
-    for row in study.attacked:
-        if row["reid"] == rule.reid:
-            total = total + np.array(row["cells"])
-    chart = cell_chart(total.tolist(), "effort", "wrong labels", study.options.budget, (560.0, 300.0))
-    return chart + "<p>All failures that the attacks met, by effort and by how many labels were wrong.</p>"
-
-
-def _calibration(rule: RuleSummary) -> str:
-    if not rule.calibration.answers.sum():
-        return "<p>The rule does not say how sure it is.</p>"
-    size = (280.0, 240.0)
-    charts = []
-    for title, one in (
-        ("everyday disorder", rule.calibration),
-        ("cheapest failures", rule.calibration_attacked),
-    ):
-        chart = bar_chart(one.right.tolist(), one.answers.tolist(), "confidence", "share right", size)
-        charts.append(
-            f"<figure>{chart}<figcaption>{title}: calibration error {number(one.error)}, "
-            f"{one.answers.sum():.0f} answers</figcaption></figure>"
-        )
-    return f'<div class="row">{"".join(charts)}</div>'
-
-
-def _weak(study: Study, rule: RuleSummary, scene: Scene) -> str:
-    certified = rule.theorem != NO_BOUND
-    labels = [
-        [label, str(misread), str(seen), number(bound) if certified else "–"]
-        for label, misread, seen, bound in rule.labels[:WEAKEST]
-    ]
-    cameras = [
-        [
-            str(case), f"{x:.2f}, {z:.2f}", f"{np.rad2deg(yaw) + 0.0:.0f}°", number(effort),
-            number(bound) if certified else "–",
-        ]
-        for case, (x, z, yaw), effort, bound in rule.cases[:WEAKEST]
-    ]  # fmt: skip
-    efforts = [study.options.budget if effort is None else effort for _, _, effort, _ in rule.cases]
-    low, high = min(efforts), max(max(efforts), min(efforts) + 1e-9)
-    strength = [(effort - low) / (high - low) for effort in efforts]
-    picture = cameras_picture(scene, [camera for _, camera, _, _ in rule.cases], strength)
-    return (
-        f'<div class="row"><div>{table(["label", "misread", "cases in view", "certified"], labels)}'
-        f"{table(['case', 'camera at', 'heading', 'least', 'certified'], cameras)}</div>"
-        f"<figure>{picture}<figcaption>Cameras, red where the least effort was small</figcaption></figure>"
-        f"</div>"
-    )
 
 
 def _gallery(study: Study, summary: Summary) -> str:
@@ -268,52 +173,5 @@ moved.</p>
 
 
 def _explanation() -> str:
-    files = "Numbers for programs: stress.json, stress.csv."
+    files = "Numbers for programs: stress.json, stress.csv; measured times: stress-times.csv."
     return f"{EXPLANATION}<p>farm-ar {escape(__version__)}. {files}</p>"
-
-
-def _reach(study: Study, summary: Summary) -> float:
-    """How far a curve of efforts need go: to where little happens any more, a round number."""
-    values = [v for rule in summary.rules for v in (*rule.best.least, *rule.bounds) if v is not None]
-    top = max(values, default=study.options.budget) * 1.1
-    step = 10.0 ** np.floor(np.log10(max(top, 1e-6))) / 2
-    return float(min(study.options.budget, np.ceil(top / step) * step))
-
-
-def _section(title: str, content: str) -> str:
-    return f"<section><h2>{escape(title)}</h2>{content}</section>"
-
-
-def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table as HTML; all but the first column are aligned on the right."""
-    top = "".join(f"<th>{escape(name)}</th>" for name in head)
-    lines = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
-    return f'<div class="wide"><table><thead><tr>{top}</tr></thead><tbody>{lines}</tbody></table></div>'
-
-
-def number(value: float | None) -> str:
-    """A number with three digits; an infinite one, or None, as "> budget"; NaN as a dash."""
-    if value is None or value == np.inf:
-        return "> budget"
-    return "–" if not np.isfinite(value) else f"{value:.3g}"
-
-
-def ratio(value: float) -> str:
-    """A factor with two decimals; an infinite one as "> budget"; NaN as a dash."""
-    return f"{value:.2f}" if np.isfinite(value) else number(value)
-
-
-def share(value: Share) -> str:
-    """A share with its interval, in per cent."""
-    if not np.isfinite(value.value):
-        return "–"
-    digits = 1 if 0 < min(value.value, 1 - value.value) < 0.05 else 0
-    return f"{100 * value.value:.{digits}f}% ({100 * value.low:.{digits}f}–{100 * value.high:.{digits}f})"
-
-
-def in_metres(effort: float, scene: Scene) -> str:
-    """An effort as the way that takes it, without turning."""
-    if not np.isfinite(effort):
-        return "–"
-    metres = effort * scene.diagonal
-    return f"{100 * metres:.1f} cm" if metres < 1 else f"{metres:.2f} m"

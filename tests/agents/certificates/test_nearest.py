@@ -130,3 +130,21 @@ def test_clipping_cuts_a_square_in_half():
 def test_the_room_is_inset_on_all_sides():
     assert room_polygon((2.0, 1.0), 0.1).min(axis=0).tolist() == [0.1, 0.1]
     assert room_polygon((2.0, 1.0), 0.1).max(axis=0).tolist() == [1.9, 0.9]
+
+
+def test_the_kernels_know_their_limits_uncompiled():
+    home, goal = np.array([0.2, 0.5]), np.array([0.8, 0.5])
+    doubled = np.repeat(SQUARE, 2, axis=0)
+    for way in (advance_distance, advance_distance.py_func):
+        assert way(NOTHING, home, goal, 0.0) == way(SQUARE, home, goal, 0.7) == np.inf
+        assert way(SQUARE, home, goal, -0.7) == 0.0
+        assert way(doubled, np.array([0.5, 0.5]), np.array([1.5, 1.5]), 0.0) == pytest.approx(0.5**0.5)
+    for sum_of_ways in (detour, detour.py_func):
+        assert sum_of_ways(NOTHING, home, goal) == np.inf
+        # Mirrored at the edge x = 1: the straight way from (1.5, .2) to (.5, .8).
+        assert sum_of_ways(doubled, np.array([1.5, 0.2]), np.array([1.5, 0.8])) == pytest.approx(
+            np.hypot(1, 0.6)
+        )
+        assert sum_of_ways(SQUARE, np.array([1.6, 0.0]), np.array([1.4, 0.0])) == pytest.approx(1.0)
+    assert holds.py_func(SQUARE, 0.5, 0.5)
+    assert not holds.py_func(SQUARE, 1.5, 0.5)

@@ -20,7 +20,7 @@ from farm_ar.agents.players.foreseeing import _foresee, foresee
 from farm_ar.agents.players.greedy import allowed_actions
 from farm_ar.errors import OptionError
 
-SEEDS = range(4)
+SEEDS = range(3)
 
 
 def table(action="slot", control="move", **options):

@@ -18,9 +18,10 @@ from farm_ar.agents.stress import (
 )
 from farm_ar.agents.stress.charts import bar_chart
 from farm_ar.agents.stress.files import ReportError
-from farm_ar.agents.stress.page import command_of, in_metres, number, page_of
+from farm_ar.agents.stress.page import command_of, page_of
 from farm_ar.agents.stress.rules import make_reid
 from farm_ar.agents.stress.units import known_case, surprise
+from farm_ar.agents.stress.wording import in_metres, number
 from farm_ar.errors import OptionError
 from farm_ar.reid import NearestReid
 from farm_ar.scenes import builtin_scene
