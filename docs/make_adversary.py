@@ -1,6 +1,6 @@
 """Makes an adversary that comes with farm-ar of a run, and the picture of its learning curve.
 
-    python docs/make_adversary.py runs/displacement-0 farm-displacement last
+python docs/make_adversary.py runs/displacement-0 farm-displacement last
 """
 
 import sys
