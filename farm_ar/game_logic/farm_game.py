@@ -190,6 +190,16 @@ class FarmGame:
             np.array(arm, dtype=np.float64),
         ]
 
+    def rearrange(self, layout: Layout) -> None:
+        """Have everything stand elsewhere at once, unseen and untouched; beliefs stay as they are.
+
+        Args:
+            layout: where the same objects are from now on.
+        """
+        self.tabletop = Tabletop(layout, self.scene.size)
+        self._steered, self._phase[steering.KNOWN] = self.tabletop.arrays, -1.0
+        self.allow(None)
+
     def begin_visit(self, camera: Camera | None = None) -> None:
         """The hand comes into view: the animals freeze. The camera is the one that will take the snapshot."""
         self.camera = camera or self.camera

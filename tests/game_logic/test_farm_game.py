@@ -284,3 +284,20 @@ def test_more_animals_can_be_sent_out_and_none():
     none.play(10.0)
     assert len(none.flock) == 0
     assert none.counters.counted.sum() == 0
+
+
+def test_what_stands_elsewhere_at_once_strands_its_animals_until_a_snapshot_sees_it():
+    game = new_game()
+    game.play(1.0)
+    yellow = game.truth.index("yellow-coop")
+    position = game.truth.position.copy()
+    position[yellow] = (0.2, 0.15)
+    game.rearrange(game.truth.with_poses(position, game.truth.yaw))
+    assert game.tracker.belief.layout.position[yellow].tolist() != [0.2, 0.15]
+    game.play(10.0)
+    assert game.counters.stranded[yellow] > 0
+    game.end_visit()
+    np.testing.assert_allclose(game.believed.position[yellow], (0.2, 0.15), atol=1e-9)
+    stranded = game.counters.stranded[yellow]
+    game.play(10.0)
+    assert game.counters.stranded[yellow] == stranded

@@ -9,7 +9,6 @@ import numpy as np
 from farm_ar.agents.cases import Case
 from farm_ar.arrays import FloatArray
 from farm_ar.game_logic.farm_game import FarmGame
-from farm_ar.game_logic.tabletop import Tabletop
 from farm_ar.game_logic.tracker import ReidFactory, Tracker
 
 PLAY_SECONDS = 8.0
@@ -47,7 +46,7 @@ def harm_of(
         tracker.look(truth, case.camera, rng)
         return Harm(float(tracker.belief.endpoint_error(truth).sum()), None)
     game = FarmGame(case.scene, case.camera, rng, case.layout, make)
-    game.tabletop = Tabletop(truth, case.scene.size)
+    game.rearrange(truth)
     before = game.miscounts
     game.end_visit()
     game.play(PLAY_SECONDS)
