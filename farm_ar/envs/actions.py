@@ -15,6 +15,8 @@ from farm_ar.envs.moves import Move
 from farm_ar.envs.table import TableView
 from farm_ar.geometry import wrap
 
+_SINGLE = np.dtype(np.float32)
+
 REACH_M = 0.06
 """A pick farther than this from any building takes nothing."""
 
@@ -136,9 +138,9 @@ def checked_action(action: Any, space: spaces.Space[Any]) -> Any:
     Raises:
         gymnasium.error.InvalidAction: it has the wrong shape, is not finite, or is no choice that there is.
     """
-    plain = type(action) is np.ndarray and action.dtype == np.float32 and isinstance(space, spaces.Box)
     # What agents send most, checked without the detours: no finite numbers have a sum that is not.
-    if plain and action.shape == space.shape and isfinite(sum(action.ravel().tolist())):
+    plain = type(action) is np.ndarray and action.dtype is _SINGLE and type(space) is spaces.Box
+    if plain and action.shape == space.shape and action.ndim == 1 and isfinite(sum(action.tolist())):
         return action
     try:
         values = np.asarray(action)

@@ -39,16 +39,15 @@ class MotionBudget:
     Args:
         metres: all objects' ways together, positive.
         radians: all objects' turns together, positive.
+
+    Attributes:
+        left: shares left, of metres and of radians.
     """
 
     def __init__(self, metres: float, radians: float) -> None:
         self._metres = self._all_metres = metres
         self._radians = self._all_radians = radians
-
-    @property
-    def left(self) -> tuple[float, float]:
-        """Shares left, of metres and of radians."""
-        return self._metres / self._all_metres, self._radians / self._all_radians
+        self.left = 1.0, 1.0
 
     @property
     def most(self) -> Most:
@@ -64,6 +63,7 @@ class MotionBudget:
         """Take off what was executed."""
         self._metres = max(self._metres - motion.metres, 0.0)
         self._radians = max(self._radians - motion.radians, 0.0)
+        self.left = self._metres / self._all_metres, self._radians / self._all_radians
 
 
 class EffortBudget:

@@ -45,6 +45,10 @@ class Outcome(NamedTuple):
     sighting: Sighting | None = None
 
 
+NOTHING = Outcome(UNMOVED, over=False)
+"""The outcome of an action that changed nothing but the time that is left, and where the hand is."""
+
+
 class Control(Protocol):
     """A way to play a visit."""
 
@@ -141,21 +145,24 @@ class HandControl:
     def act(self, action: Any, look: Look, world: World, budget: Budget) -> Outcome:
         """Steer for a tenth of a second. The hand stops before the budget is exceeded, and is then raised."""
         x, z, twist, closed = action.tolist()
-        game = _game(world)
+        if not (-1.0 <= x <= 1.0 and -1.0 <= z <= 1.0 and -1.0 <= twist <= 1.0):
+            x, z, twist = _clipped(x), _clipped(z), _clipped(twist)
+        game, ticks = _game(world), self._left
         motion, passed, sighting = game.steer(
-            MAX_HAND_SPEED * _clipped(x),
-            MAX_HAND_SPEED * _clipped(z),
-            MAX_TWIST * _clipped(twist),
+            MAX_HAND_SPEED * x,
+            MAX_HAND_SPEED * z,
+            MAX_TWIST * twist,
             closed > 0,
-            min(TICKS_PER_STEP, self._left),
+            TICKS_PER_STEP if ticks > TICKS_PER_STEP else ticks,
         )
-        self._left -= passed
-        if sighting is None and self._left == 0:
+        self._left = ticks = ticks - passed
+        if motion is UNMOVED and sighting is None and ticks > 0:
+            return NOTHING
+        if sighting is None and ticks == 0:
             last, sighting = game.withdraw_hand()
             motion += last
-        if motion is not UNMOVED:
-            budget.spend(motion)
-        return Outcome(motion, sighting is not None or self._left == 0, sighting)
+        budget.spend(motion)
+        return Outcome(motion, sighting is not None or ticks == 0, sighting)
 
     @property
     def left(self) -> float:

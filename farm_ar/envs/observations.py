@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -52,26 +53,32 @@ class StateObservation:
         self.space: spaces.Space[Any] = spaces.Dict(dict(boxes))
         ends = np.cumsum([box.shape[0] for box in boxes.values()]).tolist()
         self._names = list(boxes)
-        self._parts = [slice(end - box.shape[0], end) for box, end in zip(boxes.values(), ends, strict=True)]
+        parts = [slice(end - box.shape[0], end) for box, end in zip(boxes.values(), ends, strict=True)]
         self.length = ends[-1]
-        places = dict(zip(self._names, self._parts, strict=True))
-        self._budget_at, self._hand_at = places["budget"].start, places["hand"].start if hand else -1
+        places = dict(zip(self._names, parts, strict=True))
+        self._motion_left = (1.0, 1.0)
+        self._parts_of = itemgetter(*parts)
+        self._budget_at, self._hand = places["budget"].start, places.get("hand")
 
-    def observe(self, reading: Reading, left: Left, world: World) -> Observation:
+    def observe(self, reading: Reading, left: Left, world: World, steered: bool = False) -> Observation:
         """The observation of one moment.
 
         Args:
             reading: the table.
             left: what is left of metres, radians, moves and visits, as shares.
             world: for its hand.
+            steered: since the last observation nothing but a step of the same visit has happened.
         """
-        numbers = reading.numbers
-        if self._hand_at < 0:
-            numbers[self._budget_at : self._budget_at + 4] = left
-        else:
-            assert isinstance(world, FarmGame)
-            world.tell_hand(numbers, self._budget_at, self._hand_at, left)
-        return dict(zip(self._names, map(numbers.copy().__getitem__, self._parts), strict=True))
+        numbers, at = reading.numbers, self._budget_at
+        numbers[at + 2] = left[2]
+        if not steered or left[:2] != self._motion_left:
+            numbers[at], numbers[at + 1], self._motion_left = left[0], left[1], left[:2]
+        if not steered:
+            numbers[at + 3] = left[3]
+            if self._hand is not None:
+                assert isinstance(world, FarmGame)
+                world.tell_hand(numbers[self._hand])
+        return dict(zip(self._names, self._parts_of(numbers.copy()), strict=True))
 
 
 class PixelObservation:
@@ -93,7 +100,7 @@ class PixelObservation:
         self._picture = TableFromAbove(scene, (width, self.HEIGHT))
         self.space: spaces.Space[Any] = spaces.Box(0, 255, (self.HEIGHT, width, 3), np.uint8)
 
-    def observe(self, reading: Reading, left: Left, world: World) -> Any:
+    def observe(self, reading: Reading, left: Left, world: World, steered: bool = False) -> Any:
         """The picture of now; the other arguments are not looked at."""
         return self._picture.draw_small(world.moment(), self._white_box)
 

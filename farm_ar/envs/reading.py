@@ -14,7 +14,7 @@ from farm_ar.game_logic.compiling import compiled
 from farm_ar.reid import dimension_cost
 from farm_ar.reid.kernels import assign
 from farm_ar.reid.margins import find_margins
-from farm_ar.scenes import Layout, Scene
+from farm_ar.scenes import Camera, Layout, Scene
 
 if TYPE_CHECKING:
     from farm_ar.envs.worlds import World
@@ -29,12 +29,18 @@ OBJECT, KIND, FIXED, RIVALS = range(4)
 """Columns of the objects as they are met: their number, their kind, whether they never move; from there on
 those of their kind, -1 for none."""
 
-X, Z, ANGLE, BELIEVED_X, BELIEVED_Z, BELIEVED_YAW, ELEVATION = range(7)
-"""Columns of where objects are, and where they are believed to be."""
+X, Z, ANGLE = range(3)
+"""Columns of where objects are."""
+
+BELIEVED_X, BELIEVED_Z, BELIEVED_YAW, ELEVATION = range(4)
+"""Columns of where they are believed to be, and how high they are."""
 
 WIDTH, DEPTH, TRANSLATION, ROTATION, KINDS, WHITE_BOX = range(6)
 """What does not change: the table's sides, metres; the costs' weights; how many kinds there are; whether
 what is believed is observed."""
+
+SEEN, FOUND, COSTS = range(3)
+"""Columns of what was found last time: whether an object was in view, its margin, from there on its costs."""
 
 LEAST, AMBIGUITY = range(2)
 """The smallest margin of a movable object in view, 1 where none has another choice; half the sum over those
@@ -72,9 +78,12 @@ class Reading:
         self._dimension = dimension_cost(layout.size, layout.size)
         self._where = np.zeros((len(layout), ELEVATION + 1))
         self._where[:, ELEVATION] = layout.elevation
+        self._known = np.full((len(layout), COSTS + self._widest), np.nan)
         self._met = np.zeros((len(layout), RIVALS + self._widest), dtype=np.int64)
         self._of: tuple[object, ...] = ()
         self._believed: Layout | None = None
+        self._camera: Camera | None = None
+        self._eye = np.zeros(sight.LOOKS)
 
     def meet(self, layout: Layout, order: IntArray) -> None:
         """From now on the objects are met in another order, (M,)."""
@@ -85,7 +94,7 @@ class Reading:
         ]
         rivals = [kind + [-1] * (self._widest - len(kind)) for kind in same]
         self._met[:] = [[i, code[i], fixed[i], *rivals[code[i]]] for i in numbers]
-        self._of = ()
+        self._known[:], self._of = np.nan, ()
 
     def read(self, world: World) -> None:
         """Bring `numbers` and `summary` up to date."""
@@ -95,13 +104,16 @@ class Reading:
         if believed is not self._believed:
             self._where[:, BELIEVED_X : BELIEVED_Z + 1] = believed.position
             self._where[:, BELIEVED_YAW], self._believed = believed.yaw, believed
-        self._where[:, : ANGLE + 1] = world.places[:, : ANGLE + 1]
+        if camera is not self._camera:
+            self._eye, self._camera = sight.eye_of(camera), camera
         read_table(
+            world.places,
             self._where,
-            sight.eye_of(camera),
+            self._eye,
             self._met,
             self._dimension,
             self._fixed,
+            self._known,
             self.numbers,
             self.summary,
         )
@@ -126,22 +138,27 @@ def within(value: float, low: float, high: float) -> float:
 
 @compiled
 def read_table(
+    places: FloatArray,
     where: FloatArray,
     eye: FloatArray,
     met: IntArray,
     dimension: FloatArray,
     fixed: FloatArray,
+    known: FloatArray,
     numbers: npt.NDArray[np.float32],
     summary: FloatArray,
 ) -> None:
     """Fill in what there is to say of the table.
 
     Args:
-        where: (M, 7) where objects are.
+        places: (M, 3 or more) where objects are: x, z, pymunk's angle.
+        where: (M, 4) where they are believed to be, and how high they are.
         eye: the camera, as `sight.eye_of` has it.
         met: (M, 3 + W) the objects as they are met, W the most of a kind.
         dimension: (M, M) what their sizes cost (Eq. 6).
         fixed: what does not change.
+        known: (M, 2 + W) what was found last time; brought up to date. Margins are found anew only of kinds
+            of which something else is seen, or costs something else.
         numbers: filled: positions, headings, kinds, in view, fixed, camera; then after four places, if what
             is believed is observed, believed positions and headings, differences, costs, margins.
         summary: filled.
@@ -157,19 +174,20 @@ def read_table(
     margin_at = cost_at + widest * m
     white_box = fixed[WHITE_BOX] != 0
     numbers[kind_at:camera_at] = 0.0
-    cost = np.empty((m, widest))
-    seen = np.empty(m, dtype=np.bool_)
+    cost, rows, anew = known[:, COSTS:], np.empty(m, dtype=np.int64), np.zeros(kinds, dtype=np.bool_)
     for k in range(m):
         i = met[k, OBJECT]
-        x, z, yaw = where[i, X], where[i, Z], wrapped(-where[i, ANGLE])
-        seen[k] = sight.in_sight(eye, x, where[i, ELEVATION], z)
+        x, z, yaw = places[i, X], places[i, Z], wrapped(-places[i, ANGLE])
+        seen = 1.0 if sight.in_sight(eye, x, where[i, ELEVATION], z) else 0.0
+        if seen != known[k, SEEN]:
+            known[k, SEEN], anew[met[k, KIND]] = seen, True
         numbers[2 * k], numbers[2 * k + 1] = (
             within(2 * x / width - 1, -2, 2),
             within(2 * z / depth - 1, -2, 2),
         )
         numbers[heading + 2 * k], numbers[heading + 2 * k + 1] = sin(yaw), cos(yaw)
         numbers[kind_at + kinds * k + met[k, KIND]] = 1.0
-        numbers[seen_at + k] = 1.0 if seen[k] else 0.0
+        numbers[seen_at + k] = seen
         numbers[fixed_at + k] = met[k, FIXED]
         for column in range(widest):
             j = met[k, RIVALS + column]
@@ -179,7 +197,9 @@ def read_table(
             dx, dz = x - where[j, BELIEVED_X], z - where[j, BELIEVED_Z]
             turn = abs(sin((yaw - where[j, BELIEVED_YAW]) / 2))
             moved = fixed[TRANSLATION] * sqrt(dx * dx + dz * dz) + fixed[ROTATION] * turn
-            cost[k, column] = dimension[i, j] * moved
+            moved *= dimension[i, j]
+            if moved != cost[k, column]:
+                cost[k, column], anew[met[k, KIND]] = moved, True
         if white_box:
             bx, bz, by = where[i, BELIEVED_X], where[i, BELIEVED_Z], where[i, BELIEVED_YAW]
             numbers[believed_at + 2 * k] = within(2 * bx / width - 1, -2, 2)
@@ -196,29 +216,32 @@ def read_table(
     numbers[camera_at + 1] = within(2 * eye[sight.EYE_Z] / depth - 1, -4, 4)
     numbers[camera_at + 2], numbers[camera_at + 3] = eye[sight.SINE], eye[sight.COSINE]
     summary[LEAST], summary[AMBIGUITY] = np.inf, 0.0
-    rows = np.empty(m, dtype=np.int64)
     for kind in range(kinds):
         n, count = 0, 0
         for k in range(m):
-            if met[k, KIND] == kind and seen[k]:
+            if met[k, KIND] == kind and known[k, SEEN] != 0:
                 rows[n] = k
                 n += 1
         if n == 0:
             continue
-        while count < widest and met[rows[0], RIVALS + count] >= 0:
-            count += 1
-        block = np.empty((n, count))
-        for row in range(n):
-            block[row] = cost[rows[row], :count]
-        chosen = np.empty(n, dtype=np.int64)
-        assign(block, chosen, np.empty(n), np.empty(count))
-        margin = find_margins(block, chosen)[0]
+        if anew[kind]:
+            while count < widest and met[rows[0], RIVALS + count] >= 0:
+                count += 1
+            block = np.empty((n, count))
+            for row in range(n):
+                block[row] = cost[rows[row], :count]
+            chosen = np.empty(n, dtype=np.int64)
+            assign(block, chosen, np.empty(n), np.empty(count))
+            found = find_margins(block, chosen)[0]
+            for row in range(n):
+                known[rows[row], FOUND] = found[row]
         for row in range(n):
             k = rows[row]
+            margin = known[k, FOUND]
             if white_box:
-                numbers[margin_at + k] = min(margin[row] / MARGIN_SCALE, 1.0)
-            if met[k, FIXED] == 0 and margin[row] < np.inf:
-                summary[LEAST] = min(summary[LEAST], margin[row])
-                summary[AMBIGUITY] += (1 - within(margin[row] / MARGIN_SCALE, 0, 1)) / 2
+                numbers[margin_at + k] = min(margin / MARGIN_SCALE, 1.0)
+            if met[k, FIXED] == 0 and margin < np.inf:
+                summary[LEAST] = min(summary[LEAST], margin)
+                summary[AMBIGUITY] += (1 - within(margin / MARGIN_SCALE, 0, 1)) / 2
     if summary[LEAST] == np.inf:
         summary[LEAST] = 1.0

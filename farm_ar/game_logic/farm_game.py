@@ -93,6 +93,7 @@ class FarmGame:
         self.flock = Flock(ANIMAL_SPEED_M_S)
         self.sightings: list[Sighting] = []
         self._phase = np.zeros(steering.PHASES)
+        self._told = np.zeros(steering.TOLD, dtype=np.float32)
         self._shed = int(np.flatnonzero(layout.fixed)[0])
         self._goals = np.flatnonzero(layout.movable)
         self._lanes = Lanes(self._goals, self._shed, rng)
@@ -298,9 +299,9 @@ class FarmGame:
             What they did to the buildings, how many there were, and the sighting if they ended a visit.
         """
         passed, over, metres, radians = 0, False, 0.0, 0.0
+        handle, state, box = self._steered
         while passed < ticks and not over:
             if self._by_geometry:
-                handle, state, box = self._steered
                 order, animal, clock, lane, counts = self._running
                 done, over, pending, way, turn = steering.steer(
                     handle,
@@ -319,6 +320,7 @@ class FarmGame:
                     -twist,
                     grip,
                     ticks - passed,
+                    self._told,
                 )
             else:
                 done, over, pending, way, turn = self._tick_and_look(vx, vz, -twist, grip)
@@ -339,16 +341,16 @@ class FarmGame:
         before, phase = self.tabletop.moved, self._phase
         steering.press(*self._steered, self._eye, self._way, vx, vz, spin, grip)
         over = bool(steering.watch(self._steered[1], phase, self.sees_hand()))
+        steering.tell(self._steered[0], self._steered[1], phase, self._told)
         pending, phase[steering.PENDING] = float(phase[steering.PENDING]), 0.0
         motion = self.tabletop.moved - before
         return 1, over, pending, motion.metres, motion.radians
 
-    def tell_hand(
-        self, numbers: npt.NDArray[np.float32], left_at: int, at: int, left: tuple[float, float, float, float]
-    ) -> None:
-        """Put four shares and the hand's eight numbers into an observation, as `steering.tell` does."""
-        handle, state, _ = self.tabletop.arrays
-        steering.tell(handle, state, self._phase, numbers, left_at, at, *left)
+    def tell_hand(self, told: npt.NDArray[np.float32]) -> None:
+        """Fill in what an observation has of the hand, (8,), by `steering.tell`, now and in every `steer`."""
+        self._told = told
+        handle, state, _ = self._steered
+        steering.tell(handle, state, self._phase, told)
 
     def sees_hand(self) -> bool:
         """Whether the hand detector sees the hand now."""

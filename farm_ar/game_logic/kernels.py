@@ -37,6 +37,7 @@ Polynomial = tuple[float, float, float, float, float, float, float, float]
 
 _EVEN_STEPS = 8
 _TOLERANCE = 1e-14  # error of a table's step, as a part of the length around the control points
+_PIECES = 4  # of a curve, looked at one by one for whether they can meet a footprint
 _ROUNDING = 1e-12  # metres that do not count
 _CONVERGED = 1e-8  # a step of Newton's method this small leaves an error of rounding
 
@@ -241,6 +242,16 @@ def strip_entry(a: float, b: float, c: float, d: float, half: float, begin: floa
 
 
 @compiled
+def hull(a: float, b: float, c: float, d: float, begin: float, end: float) -> tuple[float, float]:
+    """Least and greatest control point of a cubic's part from `begin` to `end`: it stays between the two."""
+    third = (end - begin) / 3
+    first, last = a + begin * (b + begin * (c + begin * d)), a + end * (b + end * (c + end * d))
+    second = first + third * (b + begin * (2 * c + 3 * d * begin))
+    before_last = last - third * (b + end * (2 * c + 3 * d * end))
+    return min(first, second, before_last, last), max(first, second, before_last, last)
+
+
+@compiled
 def footprint_entry(p: Polynomial, begin: float, end: float, box: FloatArray) -> float:
     """First parameter from `begin` to `end` at which a curve is in a footprint, edges included; 2 for never.
 
@@ -259,6 +270,19 @@ def footprint_entry(p: Polynomial, begin: float, end: float, box: FloatArray) ->
     xc, xd = cosine * p[2] - sine * p[6], cosine * p[3] - sine * p[7]
     za, zb = sine * (p[0] - x) + cosine * (p[4] - z), sine * p[1] + cosine * p[5]
     zc, zd = sine * p[2] + cosine * p[6], sine * p[3] + cosine * p[7]
+    misses = True
+    for k in range(_PIECES):
+        # Cheap: most curves that miss do so by their control points, a piece of the curve at a time.
+        first, last = begin + (end - begin) * (k / _PIECES), begin + (end - begin) * ((k + 1) / _PIECES)
+        least, most = hull(xa, xb, xc, xd, first, last)
+        if least > half_width + 2 * _ROUNDING or most < -half_width - 2 * _ROUNDING:
+            continue
+        least, most = hull(za, zb, zc, zd, first, last)
+        if not (least > half_depth + 2 * _ROUNDING or most < -half_depth - 2 * _ROUNDING):
+            misses = False
+            break
+    if misses:
+        return 2.0
     x_turns, z_turns = turning_points(xb, xc, xd), turning_points(zb, zc, zd)
     while True:
         stop = end
@@ -295,16 +319,6 @@ def boxes(position: FloatArray, yaw: FloatArray, size: FloatArray, obstacles: Bo
             box[i, 6] = abs(cosine) * width + abs(sine) * depth + _ROUNDING
             box[i, 7] = abs(sine) * width + abs(cosine) * depth + _ROUNDING
     return box
-
-
-@compiled
-def hull(a: float, b: float, c: float, d: float, begin: float, end: float) -> tuple[float, float]:
-    """Least and greatest control point of a cubic's part from `begin` to `end`: it stays between the two."""
-    third = (end - begin) / 3
-    first, last = a + begin * (b + begin * (c + begin * d)), a + end * (b + end * (c + end * d))
-    second = first + third * (b + begin * (2 * c + 3 * d * begin))
-    before_last = last - third * (b + end * (2 * c + 3 * d * end))
-    return min(first, second, before_last, last), max(first, second, before_last, last)
 
 
 @compiled

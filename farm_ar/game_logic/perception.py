@@ -12,7 +12,8 @@ from farm_ar.arrays import IntArray
 from farm_ar.game_logic import sight
 from farm_ar.game_logic.hand import HandState
 from farm_ar.game_logic.moment import Moment
-from farm_ar.scenes import PERFECT, Camera, Detector, Layout, Snapshot, observe_many
+from farm_ar.geometry import bearing
+from farm_ar.scenes import PERFECT, Camera, Detections, Detector, Layout, Snapshot, observe_many, visible
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,9 +74,26 @@ class OraclePerception:
 
     def perceive(self, truth: Layout, camera: Camera, rng: np.random.Generator) -> Perceived:
         """The snapshot that the camera takes of the objects where they truly are."""
+        if self.detector == PERFECT and not (truth.batch_shape or camera.batch_shape):
+            return _exactly(truth, camera)
         batch = observe_many(truth, camera, self.detector, rng)
         assert batch.truth is not None
         return Perceived(batch.snapshot(0), batch.truth[0, : batch.count[0]])
+
+
+def _exactly(truth: Layout, camera: Camera) -> Perceived:
+    """What `observe_many` gives without noise, in less time: what is in view, from left to right."""
+    seen = np.flatnonzero(visible(truth, camera))
+    angle = bearing(camera.position, camera.yaw, truth.position)[seen]
+    source = seen[np.argsort(angle, kind="stable")]
+    detections = Detections(
+        category=tuple([truth.category[i] for i in source.tolist()]),
+        position=truth.position[source],
+        yaw=truth.yaw[source],
+        size=truth.size[source],
+        elevation=truth.elevation[source],
+    )
+    return Perceived(Snapshot(camera, detections), source)
 
 
 @dataclass(frozen=True)

@@ -549,7 +549,9 @@ def exceeds(handle: Addresses, state: FloatArray, box: FloatArray, way: FloatArr
     """Whether going on would move or turn the boxes by more than a way's limits."""
     if way[LIMIT_METRES] == inf and way[LIMIT_RADIANS] == inf and way[LIMIT_EFFORT] == inf:
         return False
-    metres, radians = to_come(handle, state, box)
+    metres = radians = 0.0
+    if state[STILL] == 0:
+        metres, radians = to_come(handle, state, box)
     metres += state[METRES] - way[BEGAN_METRES]
     radians += state[RADIANS] - way[BEGAN_RADIANS]
     effort = metres / way[DIAGONAL] + radians / pi

@@ -21,6 +21,9 @@ VISITED, AWAY, PENDING, KNOWN, PHASES = range(5)
 has been out of view and empty; for how many ticks animals still have to run; the `CHANGES` for which they
 know where they arrive, -1 for none; how many places there are."""
 
+TOLD = 8
+"""How many numbers an observation has of the hand."""
+
 AWAY_TICKS = 30
 """After so many ticks out of view, holding nothing, a visit is over: half a second."""
 
@@ -73,6 +76,25 @@ def press(
 
 
 @chipmunk.compiled
+def rests(handle: Addresses, state: FloatArray, box: FloatArray, way: FloatArray) -> bool:
+    """Whether ticks under an open hand that is on the table and not moved change nothing but their number."""
+    if (
+        state[plane.PRESENT] == 0
+        or state[plane.STILL] == 0
+        or state[plane.RAISED] != 0
+        or state[plane.GRIPPED] >= 0
+        or plane.drives(state)
+        or way[plane.WAY_DONE] != 0
+        or way[plane.BRAKING] != 0
+        or plane.exceeds(handle, state, box, way)
+    ):
+        return False
+    x, z, _ = plane.hand_pose(handle, state)
+    back_x = plane.held_back(x, 0.0, state[plane.WIDTH], plane.TICK)
+    return bool(back_x == 0 and plane.held_back(z, 0.0, state[plane.DEPTH], plane.TICK) == 0)
+
+
+@chipmunk.compiled
 def watch(state: FloatArray, phase: FloatArray, seen: bool) -> bool:
     """After a tick: begin a visit when the hand is seen.
 
@@ -89,6 +111,27 @@ def watch(state: FloatArray, phase: FloatArray, seen: bool) -> bool:
         phase[PENDING] += 1
         return False
     return bool(phase[AWAY] >= AWAY_TICKS)
+
+
+@chipmunk.compiled
+def tell(handle: Addresses, state: FloatArray, phase: FloatArray, told: npt.NDArray[np.float32]) -> None:
+    """Fill in the numbers, (TOLD,), that an observation has of the hand.
+
+    x, z with the table from -1 to 1, sine and cosine of its yaw, velocity over its limit, whether it holds
+    something, whether it is in view; 0 where there is none.
+    """
+    told[:] = 0.0
+    if state[plane.PRESENT] == 0:
+        return
+    x, z, angle = plane.hand_pose(handle, state)
+    vx, vz, _ = plane.hand_motion(handle, state)
+    told[0] = min(max(2 * x / state[plane.WIDTH] - 1, -4.0), 4.0)
+    told[1] = min(max(2 * z / state[plane.DEPTH] - 1, -4.0), 4.0)
+    told[2], told[3] = sin(-angle), cos(angle)
+    told[4] = min(max(vx / plane.MAX_HAND_SPEED, -4.0), 4.0)
+    told[5] = min(max(vz / plane.MAX_HAND_SPEED, -4.0), 4.0)
+    told[6] = 1.0 if state[plane.GRIPPED] >= 0 else 0.0
+    told[7] = phase[VISITED]
 
 
 @chipmunk.compiled
@@ -109,6 +152,7 @@ def steer(
     spin: float,
     closed: bool,
     ticks: int,
+    told: npt.NDArray[np.float32],
 ) -> tuple[int, bool, float, float, float]:
     """Ticks under a hand that is steered, seen where it truly is.
 
@@ -129,6 +173,7 @@ def steer(
         spin: of the hand, radians a second, Chipmunk's way round.
         closed: whether the hand is closed.
         ticks: how many.
+        told: (TOLD,) filled with what `tell` says of the hand afterwards.
 
     Returns:
         How many have passed: fewer where a visit is over, or buildings have moved while animals run, who
@@ -136,12 +181,19 @@ def steer(
         yet to run; how far all buildings have been moved and turned.
     """
     metres, radians, over, done = state[plane.METRES], state[plane.RADIANS], False, 0
+    quiet = vx == 0 and vz == 0 and spin == 0 and not closed and rests(handle, state, box, way)
+    seen = False
     while done < ticks:
-        done += 1
         before = state[plane.CHANGES]
-        press(handle, state, box, eye, way, vx, vz, spin, closed)
-        x, z, _ = plane.hand_pose(handle, state)
-        over = watch(state, phase, state[plane.PRESENT] != 0 and sight.arm_in_sight(eye, x, z))
+        if quiet:
+            state[plane.TICKS] += 1
+        else:
+            press(handle, state, box, eye, way, vx, vz, spin, closed)
+        if not quiet or done == 0:
+            x, z, _ = plane.hand_pose(handle, state)
+            seen = state[plane.PRESENT] != 0 and sight.arm_in_sight(eye, x, z)
+        done += 1
+        over = watch(state, phase, seen)
         if over or (phase[VISITED] == 0 and state[plane.CHANGES] != before):
             break
     pending, phase[PENDING] = phase[PENDING], 0.0
@@ -149,42 +201,5 @@ def steer(
     known = pending > 0 and phase[KNOWN] == state[plane.CHANGES]
     if known and kernels.run(order, animal, clock, lane, counts, end):
         pending = 0.0
+    tell(handle, state, phase, told)
     return done, over, pending, state[plane.METRES] - metres, state[plane.RADIANS] - radians
-
-
-@chipmunk.compiled
-def tell(
-    handle: Addresses,
-    state: FloatArray,
-    phase: FloatArray,
-    numbers: npt.NDArray[np.float32],
-    left_at: int,
-    at: int,
-    metres: float,
-    radians: float,
-    time: float,
-    visits: float,
-) -> None:
-    """Put what is left of a visit, four shares, and the hand into an observation.
-
-    The hand: x, z with the table from -1 to 1, sine and cosine of its yaw, velocity over its limit, whether
-    it holds something, whether it is in view; 0 where there is none.
-    """
-    numbers[left_at], numbers[left_at + 1], numbers[left_at + 2], numbers[left_at + 3] = (
-        metres,
-        radians,
-        time,
-        visits,
-    )
-    numbers[at : at + 8] = 0.0
-    if state[plane.PRESENT] == 0:
-        return
-    x, z, angle = plane.hand_pose(handle, state)
-    vx, vz, _ = plane.hand_motion(handle, state)
-    numbers[at] = min(max(2 * x / state[plane.WIDTH] - 1, -4.0), 4.0)
-    numbers[at + 1] = min(max(2 * z / state[plane.DEPTH] - 1, -4.0), 4.0)
-    numbers[at + 2], numbers[at + 3] = sin(-angle), cos(angle)
-    numbers[at + 4] = min(max(vx / plane.MAX_HAND_SPEED, -4.0), 4.0)
-    numbers[at + 5] = min(max(vz / plane.MAX_HAND_SPEED, -4.0), 4.0)
-    numbers[at + 6] = 1.0 if state[plane.GRIPPED] >= 0 else 0.0
-    numbers[at + 7] = phase[VISITED]

@@ -74,8 +74,9 @@ class Tabletop:
         if layout.batch_shape:
             raise SceneError("layout", "must be a single arrangement", layout.batch_shape)
         self.size = (float(size[0]), float(size[1]))
-        self._layout = layout.with_poses(layout.position, wrap(layout.yaw))
-        self._poses = (self._layout.position, self._layout.yaw)
+        self._layout, yaw = layout, wrap(layout.yaw)
+        yaw.flags.writeable = False
+        self._poses = (layout.position, yaw)
         self._plane = Plane(*to_pymunk(*self._poses), layout.size, layout.fixed, self.size)
         self._plane.box[:, kernels.ELEVATION] = layout.elevation
         self.arrays = (self._plane.handle, self._plane.state, self._plane.box)
@@ -91,7 +92,7 @@ class Tabletop:
     def layout(self) -> Layout:
         """Everything where it stands now, yaws in [-pi, pi)."""
         position, yaw = self.poses()
-        if self._layout.position is not position:
+        if self._layout.yaw is not yaw:
             self._layout = self._layout.with_poses(position, yaw)
             self._poses = (self._layout.position, self._layout.yaw)
         return self._layout
@@ -107,7 +108,7 @@ class Tabletop:
         if changes != self._read:
             box = self._plane.box[self._moving]
             place, heading = from_pymunk(box[:, : kernels.BOX_Z + 1], box[:, kernels.BOX_ANGLE])
-            position, yaw = self._layout.position.copy(), self._layout.yaw.copy()
+            position, yaw = self._poses[0].copy(), self._poses[1].copy()
             position[self._moving], yaw[self._moving] = place, wrap(heading)
             position.flags.writeable = yaw.flags.writeable = False
             self._poses, self._read = (position, yaw), changes

@@ -13,7 +13,7 @@ from farm_ar.game_logic.perception import (
     Perception,
 )
 from farm_ar.game_logic.tracker import Tracker
-from farm_ar.scenes import Detector, builtin_scene, visible
+from farm_ar.scenes import Detector, builtin_scene, observe_many, visible
 
 FARM = builtin_scene("farm")
 CAMERA = look_at(np.array([0.6, -0.3]), np.array([0.33, 0.45]), FIELDS_OF_VIEW["photo"])
@@ -25,6 +25,22 @@ def test_the_oracle_sees_the_true_poses_of_what_is_in_view(rng):
     np.testing.assert_array_equal(
         perceived.snapshot.detections.position, FARM.layout.position[perceived.source]
     )
+
+
+@pytest.mark.parametrize("name", ["photo", "display"])
+def test_without_noise_one_snapshot_is_what_snapshots_of_many_layouts_are(name, rng):
+    for _ in range(20):
+        layout, fov = FARM.layout, FIELDS_OF_VIEW[name]
+        truth = layout.with_poses(
+            rng.uniform(0, FARM.size, layout.position.shape), rng.uniform(-3, 3, layout.yaw.shape)
+        )
+        camera = look_at(np.array([rng.uniform(0.2, 1.0), -0.3]), rng.uniform(0.1, 0.7, 2), fov)
+        perceived, batch = OraclePerception().perceive(truth, camera, rng), observe_many(truth, camera)
+        seen, wanted = perceived.snapshot.detections, batch.snapshot(0).detections
+        np.testing.assert_array_equal(perceived.source, batch.truth[0, : batch.count[0]])
+        assert (seen.category, seen.ids) == (wanted.category, wanted.ids)
+        for part in ("position", "yaw", "size", "elevation", "confidence"):
+            np.testing.assert_array_equal(getattr(seen, part), getattr(wanted, part))
 
 
 def test_an_oracle_with_false_detections_says_that_they_are_nothing(rng):
