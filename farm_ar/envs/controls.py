@@ -94,13 +94,16 @@ class MoveControl:
         """Carry out the moves, one after the other; what is out of view when its turn comes stays."""
         view = look()
         moves, total, seen = self.asked(action, view, budget), Motion(), view.in_view
+        stale = False
         for asked in moves or []:
+            if stale:
+                seen, stale = visible(world.truth, world.camera), False
             # What was pushed meanwhile may be out of view, and may have cost what was meant for this one.
             (move,) = budget.fitted([asked])
             if seen[move.index] and (np.any(move.displacement) or move.turn):
                 motion = world.move(move.index, move.displacement, move.turn, most=budget.most)
                 budget.spend(motion)
-                total, seen = total + motion, visible(world.truth, world.camera)
+                total, stale = total + motion, True
         self._left -= 1
         return Outcome(total, moves is None or self._left == 0)
 

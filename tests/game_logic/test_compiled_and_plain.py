@@ -99,3 +99,20 @@ def test_without_the_bridge_functions_stay_as_they_are_and_call_through_pymunk(m
 def test_functions_that_take_anything_else_are_refused():
     with pytest.raises(ImportError, match="which farm-ar does not know"):
         chipmunk.foreign("cpSpaceSetIterations")
+
+
+def test_a_hand_that_rests_goes_by_as_if_every_tick_of_it_were_played(monkeypatch):
+    def play() -> list[np.ndarray]:
+        game = FarmGame(SMALL, AHEAD, np.random.default_rng(0))
+        game.allow(Most(metres=0.2))
+        game.bring_hand()
+        for vz in (0.0, 0.9, 0.0, -0.9, 0.0):
+            for _ in range(8):
+                game.steer(0.1 * vz, vz, 0.0, False, 6)
+        return game.state()
+
+    quick = play()
+    monkeypatch.setattr(steering, "steer", getattr(steering.steer, "py_func", steering.steer))
+    monkeypatch.setattr(steering, "rests", lambda *_: False)
+    for one, other in zip(quick, play(), strict=True):
+        np.testing.assert_array_equal(one, other)
