@@ -107,8 +107,11 @@ class SpatialReid:
         self._prunes = self.options.threshold < 1 and len(scene.sites) > 1
         sides = sorted_log_sides(_template_boxes(scene) if self._world else layout.size)
         # Few labels differ in size, so the dimension cost is computed once for each size, or "kind".
-        self._kind_sides, kind = np.unique(sides, axis=0, return_inverse=True)
-        self._kind: IntArray = kind.reshape(-1)
+        # (np.unique does this, too, and takes ten times as long for so few.)
+        number: dict[tuple[float, ...], int] = {}
+        kind = [number.setdefault(tuple(row), len(number)) for row in sides.tolist()]
+        self._kind_sides = np.array(list(number))
+        self._kind: IntArray = np.array(kind, dtype=np.int64)
         self._declared = declared_codes(layout)
         self._diagonal = scene.diagonal
 
