@@ -14,7 +14,7 @@ def watch(
         typer.Argument(metavar="RUN", help="Folder of a run, or a player that comes with farm-ar."),
     ],
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="The film, .mp4 or .gif; RUN/watch.mp4 by default.")
+        Path | None, typer.Option(metavar="FILE", help="The film, .mp4 or .gif; RUN/watch.mp4, or out/RUN.mp4, by default.")
     ] = None,
     episodes: Annotated[int, typer.Option(metavar="N", min=1, help="How many.")] = 2,
     seed: Annotated[int, typer.Option(metavar="N", min=0, help="Of the first; the others follow.")] = 0,
@@ -36,7 +36,7 @@ def watch(
     from farm_ar.showcases.film import FPS
     from farm_ar.showcases.watching import watch_episode
 
-    path = out or (Path(f"{run}.mp4") if run in shipped() else Path(run) / "watch.mp4")
+    path = out or (Path("out") / f"{run}.mp4" if run in shipped() else Path(run) / "watch.mp4")
     if path.suffix not in (".mp4", ".gif"):
         raise OptionError("--out", "must end in .mp4 or .gif", str(path))
     # Films show what training leaves out.

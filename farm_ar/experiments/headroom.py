@@ -42,8 +42,7 @@ RULES: dict[str, Callable[[Scene], Reidentifier]] = {
     "paper, categories agree": lambda scene: SpatialReid(scene, SpatialOptions(gate_categories=True)),
     **{name: make for name, make in REIDENTIFIERS.items() if name != "spatial"},
 }
-"""What is compared. The bound comes with every unit whose noise a model describes. The relational rule, which
-takes some fifty times as long as the likelihood rule, takes part in the patterns only."""
+"""What is compared. The bound comes with every unit whose noise a model describes."""
 
 
 class Unit(NamedTuple):
@@ -67,7 +66,7 @@ def run_unit(
     scene: Scene,
     layouts: int,
     rng: np.random.Generator,
-    rules: Mapping[str, Callable[[Scene], Reidentifier]] | None = None,
+    rules: Mapping[str, Callable[[Scene], Reidentifier]] = RULES,
 ) -> list[Row]:
     """A row for each rule: its accuracy, and how many answers of each confidence were right.
 
@@ -76,10 +75,8 @@ def run_unit(
         scene: the unit's scene.
         layouts: how many noisy layouts, each seen along the whole path.
         rng: where the randomness comes from; all rules get the same snapshots.
-        rules: makes each rule, by name; by default those of `RULES` that take part.
+        rules: makes each rule, by name.
     """
-    if rules is None:
-        rules = {n: make for n, make in RULES.items() if n != "relational" or unit.pattern != JITTER}
     if unit.pattern == JITTER:
         case = jitter(scene, LayoutNoise.of(unit.translation, unit.rotation), layouts, rng)
     else:
