@@ -14,7 +14,10 @@ def watch(
         typer.Argument(metavar="RUN", help="Folder of a run, or a player that comes with farm-ar."),
     ],
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="The film, .mp4 or .gif; RUN/watch.mp4, or out/RUN.mp4, by default.")
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="The film, .mp4 or .gif; RUN/watch.mp4, or out/RUN.mp4, by default."
+        ),
     ] = None,
     episodes: Annotated[int, typer.Option(metavar="N", min=1, help="How many.")] = 2,
     seed: Annotated[int, typer.Option(metavar="N", min=0, help="Of the first; the others follow.")] = 0,
