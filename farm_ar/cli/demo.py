@@ -15,6 +15,9 @@ def demo(
     ] = None,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Where the films go.")] = Path("out"),
     gif: Annotated[bool, typer.Option("--gif/--no-gif", help="Whether to make GIFs too.")] = True,
+    reid: Annotated[
+        str, typer.Option(metavar="NAME", help="The re-identifier: spatial, likelihood, relational, ...")
+    ] = "spatial",
 ) -> None:
     """Play scripts of the Farm-to-Table game and film them.
 
@@ -25,14 +28,15 @@ def demo(
     from farm_ar.cli.places import make_folder
     from farm_ar.cli.play_script import print_film
     from farm_ar.cli.progress import progress
+    from farm_ar.envs.reids import reid_factory
     from farm_ar.showcases import builtin_scripts, film_script, load_script
 
-    names = _file_names(scripts or list(builtin_scripts()))
+    names, make_reid = _file_names(scripts or list(builtin_scripts())), reid_factory(reid)
     make_folder("--out", out)
     loaded = {name: load_script(script) for name, script in names.items()}
     for name, script in loaded.items():
         with progress(f"Filming {name}") as report:
-            film, paths = film_script(script, name, out, gif=gif, report=report)
+            film, paths = film_script(script, name, out, make_reid, gif, report)
         print_line("")
         print_film(film)
         print_line(f"Wrote {paths[0]} and {len(paths) - 1} more files beside it")

@@ -109,3 +109,17 @@ def test_a_building_may_go_to_the_corner_of_the_table(tmp_path):
     (tmp_path / "play.toml").write_text(MOVE + "to = [1.2, 0.8]")
     (visit,) = load_script(tmp_path / "play.toml").visits
     assert visit.moves[0].to == (1.2, 0.8)
+
+
+def test_another_rule_may_identify(run, push):
+    told = run("play-script", push, "--reid", "last-known")
+    assert told.exit_code == 0
+    assert "Right: 4 of 5 detections" in told.stdout
+    assert "Right: 5 of 5 detections" in run("play-script", push, "--reid", "likelihood").stdout
+
+
+@pytest.mark.parametrize("command", ["demo", "play-script"])
+def test_a_rule_that_is_not_known_is_refused(run, push, command):
+    told = run(command, push, "--reid", "guess")
+    assert told.exit_code == 2
+    assert "reid: must be one of" in told.stderr
