@@ -10,9 +10,9 @@ import pytest
 MOVE, HAND, LAYOUT, SCENE = "FarmToTable-v0", "FarmToTableHand-v0", "FarmToTableLayout-v0", "SceneLayout-v0"
 
 ORDINARY = [
-    (MOVE, {}, 2000),
+    (MOVE, {}, 1500),
     (MOVE, {"action": "slot", "jitter": "hard", "visits": 3}, 800),
-    (MOVE, {"action": "continuous", "jitter": "easy", "budget": 9.0}, 700),
+    (MOVE, {"action": "continuous", "jitter": "easy", "budget": 9.0}, 1200),
     (HAND, {}, 3000),
     (HAND, {"visits": 3, "budget": 9.0, "head_noise_deg": 5.0}, 1500),
     (LAYOUT, {"budget": 9.0}, 150),
@@ -76,6 +76,6 @@ def test_nothing_breaks(name, arguments, steps):
             visits += 1
             observation, _ = env.reset()
     # It was no idle run.
-    assert wrong >= 1
+    assert wrong >= 2
     assert effort > 0.05
     assert visits > 0
