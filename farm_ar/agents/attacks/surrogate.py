@@ -9,10 +9,9 @@ import numpy as np
 
 from farm_ar.agents.attacks.trial import Trial
 from farm_ar.agents.cases import Case
+from farm_ar.agents.one_kind import identify_kind
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.reid import LastKnownReid, NearestReid, SpatialReid, dimension_cost
-from farm_ar.reid.kernels import assign_most
-from farm_ar.reid.margins import find_margins
 from farm_ar.scenes import Weights, visible
 
 
@@ -93,31 +92,18 @@ def _least_margins(
     result: FloatArray,
 ) -> None:
     """Fill in the result, (B,), which holds ones."""
-    n = len(category)
-    rows, columns = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
     for b in range(len(yaw)):
         for code in range(category.max() + 1):
-            r, c = 0, 0
-            for i in range(n):
-                if category[i] == code:
-                    columns[c] = i
-                    c += 1
-                    if seen[b, i]:
-                        rows[r] = i
-                        r += 1
-            if r == 0:
-                continue
-            cost = np.empty((r, c))
-            for x in range(r):
-                for y in range(c):
-                    i, j = rows[x], columns[y]
-                    dx = position[b, i, 0] - label_position[j, 0]
-                    dz = position[b, i, 1] - label_position[j, 1]
-                    turn = abs(np.sin((yaw[b, i] - label_yaw[j]) / 2))
-                    cost[x, y] = way_weight * np.sqrt(dx * dx + dz * dz) + turn_weight * turn
-            column_of = np.empty(r, dtype=np.int64)
-            assign_most(cost, column_of, np.empty(r), np.empty(r + c))
-            margin = find_margins(cost, column_of)[0]
-            for x in range(r):
-                own = columns[column_of[x]] == rows[x]
-                result[b] = min(result[b], margin[x] if own else 0.0)
+            found, label, margin = identify_kind(
+                code,
+                category,
+                seen[b],
+                position[b],
+                yaw[b],
+                label_position,
+                label_yaw,
+                way_weight,
+                turn_weight,
+            )
+            for x in range(len(found)):
+                result[b] = min(result[b], margin[x] if label[x] == found[x] else 0.0)

@@ -7,12 +7,11 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from farm_ar.agents.one_kind import identify_kind
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.envs.farm_to_table import FarmToTableEnv
 from farm_ar.envs.moves import Move
 from farm_ar.envs.table import TableView
-from farm_ar.reid.kernels import assign_most
-from farm_ar.reid.margins import find_margins
 from farm_ar.scenes import visible
 
 CLEAR_MARGIN = 0.3
@@ -94,36 +93,24 @@ def _foresee(
 ) -> None:
     """Fill in `wrong` and `ambiguity`; the other arguments are those of `foresee`, category by category."""
     n = len(category)
-    rows, columns = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
     wrong_now = np.empty(n, dtype=np.bool_)
     for b in range(len(yaw)):
         wrong_now[:] = wrong_before
         for code in range(category.max() + 1):
-            r, c = 0, 0
-            for i in range(n):
-                if category[i] == code:
-                    columns[c] = i
-                    c += 1
-                    if seen[b, i]:
-                        rows[r] = i
-                        r += 1
-            if r == 0:
-                continue
-            cost = np.empty((r, c))
-            for x in range(r):
-                i = rows[x]
-                for y in range(c):
-                    j = columns[y]
-                    dx = position[b, i, 0] - label_position[j, 0]
-                    dz = position[b, i, 1] - label_position[j, 1]
-                    turn = abs(np.sin((yaw[b, i] - label_yaw[j]) / 2))
-                    cost[x, y] = translation_weight * np.sqrt(dx * dx + dz * dz) + rotation_weight * turn
-            column_of = np.empty(r, dtype=np.int64)
-            assign_most(cost, column_of, np.empty(r), np.empty(r + c))
-            margin = find_margins(cost, column_of)[0]
-            for x in range(r):
-                i = rows[x]
-                wrong_now[columns[column_of[x]]] = columns[column_of[x]] != i
+            found, label, margin = identify_kind(
+                code,
+                category,
+                seen[b],
+                position[b],
+                yaw[b],
+                label_position,
+                label_yaw,
+                translation_weight,
+                rotation_weight,
+            )
+            for x in range(len(found)):
+                i = found[x]
+                wrong_now[label[x]] = label[x] != i
                 if movable[i] and np.isfinite(margin[x]):
                     ambiguity[b] += (1.0 - min(margin[x] / CLEAR_MARGIN, 1.0)) / 2
         for i in range(n):
