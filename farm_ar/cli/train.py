@@ -22,8 +22,14 @@ def train(
         int | None,
         typer.Option(metavar="N", min=1, help="Steps in all; the recipe's, or the run's, by default."),
     ] = None,
+    imitate: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N", min=0, help="The first of them, in which a planner shows what it would do."
+        ),
+    ] = None,
     rehearse: Annotated[
-        int | None, typer.Option(metavar="N", min=0, help="Steps of them without physics; 0 for none.")
+        int | None, typer.Option(metavar="N", min=0, help="Steps after those without physics; 0 for none.")
     ] = None,
     seed: Annotated[int, typer.Option(metavar="N", min=0, help="Seed of everything.")] = 0,
     recipe: Annotated[
@@ -60,7 +66,7 @@ def train(
     if resume and not (run / "run.json").exists():
         raise OptionError("--resume", "must have a run to go on with in the folder", str(run))
     make_folder("RUN", run)
-    given = load_recipe(algo, env, recipe).with_arguments(arguments(arg or []), steps, rehearse)
+    given = load_recipe(algo, env, recipe).with_arguments(arguments(arg or []), steps, imitate, rehearse)
     asked = Run(algo, env, seed, given, threads, processes, eval_every, eval_episodes)
     model = learn(asked, run, resume, progress, steps)
     print_line(f"{model.num_timesteps} steps are done. Look at it: farm-ar watch {run}")

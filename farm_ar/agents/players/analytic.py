@@ -24,7 +24,7 @@ class AnalyticPlayer:
         beam: how many unfinished plans are kept.
     """
 
-    def __init__(self, rng: np.random.Generator | None = None, beam: int = 8) -> None:
+    def __init__(self, rng: np.random.Generator | None = None, beam: int = 32) -> None:
         self._beam = beam
 
     def act(self, env: FarmToTableEnv) -> Any:

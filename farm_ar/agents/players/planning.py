@@ -1,28 +1,29 @@
-"""Plans of whole visits: which object goes how far towards which label's place, found by a beam search."""
+"""Plans of whole visits: which object goes how far towards which label's place."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
-from farm_ar.agents.players.acting import moves_left, possible
-from farm_ar.agents.players.foreseeing import foresee
-from farm_ar.arrays import BoolArray, FloatArray
+from farm_ar.agents.players.acting import moves_left
+from farm_ar.agents.players.plan_kernels import search
+from farm_ar.agents.players.plan_steps import SHARES, Allowance, Eye, Table, Terms
 from farm_ar.envs import FarmToTableEnv
-from farm_ar.envs.actions import SlotAction
-from farm_ar.envs.budget import Budget
+from farm_ar.envs.actions import DisplacementAction
+from farm_ar.envs.jitter import unit_of
 from farm_ar.envs.moves import Move
-from farm_ar.envs.placing import boxes_overlap
 from farm_ar.envs.table import TableView
 from farm_ar.geometry import wrap
+from farm_ar.scenes import Camera, Scene
 
-AMBIGUITY_SHARE = 0.5
-"""What a unit of ambiguity is worth beside a wrong label while a plan is unfinished."""
-
-WAY_POINTS = 6
-"""At how many places of its way an object must not stand in another."""
+REACHES = {
+    "slot": (np.inf, np.inf, 0),
+    "displacement": (0.3, np.pi / 2, len(DisplacementAction.LEVELS)),
+    "continuous": (0.3, np.pi / 2, 0),
+    "offsets": (0.15, np.pi / 4, 0),
+}
+"""What one action can do, by its name: metres on the farm, radians, how many levels either has, if any."""
 
 
 class Step(NamedTuple):
@@ -33,22 +34,11 @@ class Step(NamedTuple):
     share: float
 
 
-class _Node(NamedTuple):
-    """An unfinished plan and the table after it."""
-
-    steps: tuple[Step, ...]
-    position: FloatArray
-    yaw: FloatArray
-    metres: float
-    radians: float
-
-
 def best_plan(env: FarmToTableEnv, beam: int) -> list[Step]:
     """The plan after which the paper's rule would give most wrong labels, less the price of the effort.
 
     Every object is moved once at most, over half of the way to the place of a label of its kind or farther
-    (T3, T5), on a way that is clear, and within the budget. Plans grow step by step; of those of one length
-    the most promising are kept.
+    (T3, T5), on a way that is clear, and within the budget.
 
     Args:
         env: an environment in an episode.
@@ -57,32 +47,12 @@ def best_plan(env: FarmToTableEnv, beam: int) -> list[Step]:
     Raises:
         OptionError: the hand is steered.
     """
-    view, most = env.view, moves_left(env)
-    nodes = [_Node((), view.truth.position, view.truth.yaw, 0.0, 0.0)]
-    best: tuple[float, tuple[Step, ...]] = (0.0, ())
-    foreseen = foresee(env, view.truth.position[None], view.truth.yaw[None])
-    before = int(foreseen.wrong[0])
-    for _ in range(most):
-        grown: dict[frozenset[Step], _Node] = {}
-        for node in nodes:
-            for step in _steps(view, node):
-                key = frozenset((*node.steps, step))
-                if key not in grown:
-                    after = _after(env, node, step)
-                    if after is not None:
-                        grown[key] = after
-        if not grown:
-            break
-        nodes = list(grown.values())
-        seen = foresee(env, np.stack([n.position for n in nodes]), np.stack([n.yaw for n in nodes]))
-        effort = np.array([n.metres / view.scene.diagonal + n.radians / np.pi for n in nodes])
-        gain = seen.wrong - before - env.options.effort_weight * effort
-        top = int(np.argmax(gain))
-        if gain[top] > best[0]:
-            best = float(gain[top]), nodes[top].steps
-        promise = gain + AMBIGUITY_SHARE * seen.ambiguity
-        nodes = [nodes[k] for k in np.argsort(-promise, kind="stable")[:beam]]
-    return list(best[1])
+    moves, most, scene, m = moves_left(env), env.budget.most, env.view.scene, len(env.view.truth)
+    allowed = Allowance(most.metres, most.radians, most.effort, scene.diagonal, moves)
+    terms = terms_of(scene, str(env.options.action), env.options.effort_weight)
+    steps, worth = np.zeros((moves, 3), dtype=np.int64), np.empty((m, m, len(SHARES)))
+    count = search(_table(env), eye_of(env.view.camera), terms, allowed, beam, steps, worth)
+    return [Step(int(i), int(j), float(SHARES[share])) for i, j, share in steps[:count]]
 
 
 def move_of(view: TableView, step: Step) -> Move:
@@ -92,70 +62,48 @@ def move_of(view: TableView, step: Step) -> Move:
     return Move(step.mover, step.share * shift, step.share * turn)
 
 
-def _steps(view: TableView, node: _Node) -> list[Step]:
-    """The steps that may come next."""
-    done = {step.mover for step in node.steps}
-    code = view.truth.category_code
-    return [
-        Step(int(i), int(j), share)
-        for i in view.movable
-        if view.in_view[i] and int(i) not in done
-        for j in view.movable
-        if i != j and code[i] == code[j]
-        for share in SlotAction.SHARES
-    ]
+def terms_of(scene: Scene, action: str, effort_weight: float) -> Terms:
+    """What things cost on a scene, and what an action of that name can do.
+
+    Args:
+        scene: the room.
+        action: by name.
+        effort_weight: price of a unit of effort beside a wrong label.
+    """
+    weights, (metres, radians, levels) = scene.cost_weights, REACHES[action]
+    return Terms(
+        weights.translation / scene.diagonal,
+        weights.rotation,
+        effort_weight / scene.diagonal,
+        effort_weight / np.pi,
+        *scene.size,
+        metres * unit_of(scene),
+        radians,
+        levels,
+    )
 
 
-def _after(env: FarmToTableEnv, node: _Node, step: Step) -> _Node | None:
-    """The plan with one step more; None where the budget does not reach or the way is not clear."""
-    view = env.view
-    move = _fitted(env.budget, node, possible(env, move_of(view, step)))
-    metres = node.metres + float(np.linalg.norm(move.displacement))
-    radians = node.radians + abs(move.turn)
-    if metres + radians <= node.metres + node.radians:
-        return None
-    i = step.mover
-    target = node.position[i] + move.displacement
-    others = np.arange(len(node.yaw)) != i
-    if not _way_is_clear(
-        node.position, node.yaw, view.truth.size, others, i, target, float(node.yaw[i] + move.turn)
-    ):
-        return None
-    position, yaw = node.position.copy(), node.yaw.copy()
-    position[i], yaw[i] = target, yaw[i] + move.turn
-    return _Node((*node.steps, step), position, yaw, metres, radians)
+def eye_of(camera: Camera) -> Eye:
+    """A camera as the search takes it; without a height it has no vertical limits."""
+    x, z = camera.position.tolist()
+    height = 0.0 if camera.height is None else float(camera.height)
+    fov = camera.fov
+    limited = camera.height is not None and fov.up is not None and fov.down is not None
+    up, down = (fov.up, fov.down) if limited else (np.nan, np.nan)
+    pitch = float(camera.pitch)
+    return Eye(x, z, height, float(camera.yaw), pitch, fov.left, fov.right, fov.range_m, up, down)  # type: ignore[arg-type]
 
 
-def _fitted(budget: Budget, node: _Node, move: Move) -> Move:
-    """The move, scaled down to what the steps before it leave of the budget."""
-    before = Move(-1, np.array([node.metres, 0.0]), node.radians)
-    metres, radians = float(np.linalg.norm(move.displacement)), abs(move.turn)
-    both = Move(-1, np.array([node.metres + metres, 0.0]), node.radians + radians)
-    (kept,) = budget.fitted([both])
-    by_way = (kept.displacement[0] - before.displacement[0]) / metres if metres else 0.0
-    by_turn = (kept.turn - before.turn) / radians if radians else 0.0
-    return Move(move.index, max(by_way, 0.0) * move.displacement, max(by_turn, 0.0) * move.turn)
-
-
-@numba.njit(cache=True, nogil=True)
-def _way_is_clear(
-    position: FloatArray,
-    yaw: FloatArray,
-    size: FloatArray,
-    others: BoolArray,
-    i: int,
-    target: FloatArray,
-    heading: float,
-) -> bool:
-    """Whether object i stands in no other at several places on its way, its end included."""
-    for k in range(1, WAY_POINTS + 1):
-        share = k / WAY_POINTS
-        x = position[i, 0] + share * (target[0] - position[i, 0])
-        z = position[i, 1] + share * (target[1] - position[i, 1])
-        turned = yaw[i] + share * (heading - yaw[i])
-        for j in range(len(yaw)):
-            if others[j] and boxes_overlap(
-                position[j, 0] - x, position[j, 1] - z, turned, yaw[j], size[i] / 2, size[j] / 2
-            ):
-                return False
-    return True
+def _table(env: FarmToTableEnv) -> Table:
+    truth, believed = env.view.truth, env.view.believed
+    return Table(
+        truth.position,
+        truth.yaw,
+        believed.position,
+        believed.yaw,
+        env.world.tracker.belief.wrong,
+        truth.category_code,
+        truth.movable,
+        truth.size,
+        truth.elevation,
+    )

@@ -14,9 +14,11 @@ from stable_baselines3.common.callbacks import BaseCallback, EvalCallback
 from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.vec_env import VecEnv
 
+from farm_ar.agents.training.imitating import ImitatingPPO
 from farm_ar.agents.training.run_folder import BEST, CHECKPOINTS, KEPT, RunFolder, Table
 
 MODEL, NORMALIZATION, REPLAY, STATE = "model.zip", "vecnormalize.pkl", "replay_buffer.pkl", "state.json"
+DEMONSTRATIONS = "demonstrations.npz"
 
 TRAINING = ("steps", "seconds", "mean_return", "mean_length")
 EVALUATIONS = ("steps", "mean_return", "best_mean_return")
@@ -39,6 +41,8 @@ def write_model(model: BaseAlgorithm, folder: Path, seconds: float | None = None
         (folder / STATE).write_text(json.dumps(state) + "\n", encoding="utf-8")
         if isinstance(model, OffPolicyAlgorithm):
             model.save_replay_buffer(folder / REPLAY)
+        if isinstance(model, ImitatingPPO) and len(model.demonstrations):
+            model.demonstrations.save(folder / DEMONSTRATIONS)
 
 
 class Checkpoints(BaseCallback):

@@ -11,6 +11,12 @@ from torch import Tensor, nn
 HEADS = 4
 """How many kinds of neighbour an object may look for at once."""
 
+PARTS = (0.55, 1.0)
+"""Up to which parts of its way to a label's place an object is told how much room there is."""
+
+FAR = 0.5
+"""Room, as a share of half the table, from which on more makes no difference."""
+
 NOWHERE = -1e9
 """Score of what must not be chosen."""
 
@@ -88,8 +94,17 @@ class ObjectNetwork(nn.Module):
         rows = torch.arange(len(which), device=which.device)
         own = scores.known[rows, which]
         seen = self._pairs.of(own, scores.known, scores.pairs[rows, which])
-        affinity = self._affinity(seen).squeeze(-1).masked_fill(~scores.same[rows, which], NOWHERE)
-        both = torch.cat([own[:, None].expand(-1, seen.shape[1], -1), seen], dim=-1)
+        return self._choices(own[:, None].expand(-1, seen.shape[1], -1), seen, scores.same[rows, which])
+
+    def given_any(self, scores: Scores) -> tuple[Tensor, list[Tensor]]:
+        """`given` for all objects at once: (B, M, M) logits and (B, M, M, levels) each."""
+        own = scores.known[:, :, None].expand(-1, -1, scores.known.shape[1], -1)
+        return self._choices(own, self._pairs(scores.known, scores.pairs), scores.same)
+
+    def _choices(self, own: Tensor, seen: Tensor, same: Tensor) -> tuple[Tensor, list[Tensor]]:
+        """Logits of labels (...) and of levels (..., levels each), from what is known of pairs."""
+        affinity = self._affinity(seen).squeeze(-1).masked_fill(~same, NOWHERE)
+        both = torch.cat([own, seen], dim=-1)
         free, *bends = self._levels(both).split([sum(self._lengths)] + [2] * len(self._lengths), dim=-1)
         levels = []
         for part, bend in zip(free.split(self._lengths, dim=-1), bends, strict=True):
@@ -122,7 +137,7 @@ class Scores:
 class _Pairs(nn.Module):
     """What is known of each pair of objects."""
 
-    FEATURES = 11
+    FEATURES = 11 + len(PARTS)
 
     def __init__(self, width: int, pair_width: int) -> None:
         super().__init__()
@@ -132,8 +147,9 @@ class _Pairs(nn.Module):
 
     def forward(self, known: Tensor, pairs: Tensor) -> Tensor:
         """(B, M, M, pair_width)."""
-        both = self._first(known)[:, :, None] + self._second(known)[:, None]
-        return torch.relu(both + self._pair(pairs))
+        both: Tensor = self._pair(pairs)  # a large array, changed in place
+        both = both.add_(self._first(known)[:, :, None]).add_(self._second(known)[:, None])
+        return torch.relu_(both)
 
     def of(self, own: Tensor, known: Tensor, pairs: Tensor) -> Tensor:
         """(B, M, pair_width) for one object of each moment, of which (B, width) `own` is known."""
@@ -212,7 +228,26 @@ def _pairs(observation: Observation, kind: Tensor) -> tuple[Tensor, Tensor]:
     distance = apart.square().sum(-1)
     cost = _costs(observation, same)
     rest = torch.stack([distance, same, eye, cost, cost.transpose(1, 2)], dim=-1)
-    return torch.cat([way, apart, rest], dim=-1), same > 0
+    return torch.cat([way, apart, rest, _room(apart, home[:, None] - place[:, :, None])], dim=-1), same > 0
+
+
+def _room(apart: Tensor, way: Tensor) -> Tensor:
+    """(B, M, M, parts) how near an object would come to any other on its way to a label's place.
+
+    Args:
+        apart: (B, M, M, 2) from each object to the others.
+        way: (B, M, M, 2) from each object to the places of the labels.
+    """
+    length = way.square().sum(-1, keepdim=True)
+    along = way @ apart.transpose(-1, -2)
+    nearest = along / length.clamp(min=1e-9)
+    away = apart.square().sum(-1)[:, :, None] + 4 * torch.eye(apart.shape[1], device=apart.device)[:, None]
+    rooms = []
+    for part in PARTS:
+        share = nearest.clamp(0.0, part)
+        square = (away + share * (share * length - 2 * along)).amin(dim=-1)
+        rooms.append(square.clamp(min=0.0).sqrt().clamp(max=FAR))
+    return torch.stack(rooms, dim=-1)
 
 
 def ranks(same: Tensor) -> Tensor:

@@ -18,6 +18,9 @@ from farm_ar.agents.training.pointing import Pointing
 SLOT_CHOICES = 3
 """How many choices the action `slot` has; `displacement` has one more."""
 
+SENSES = (1, 3)
+"""The choices of `displacement` whose sense changes in a mirror: x, and the turn."""
+
 
 class ObjectPolicy(MaskableActorCriticPolicy):
     """Actor and critic on an `ObjectNetwork`, for the actions `displacement` and `slot`.
@@ -53,6 +56,7 @@ class ObjectPolicy(MaskableActorCriticPolicy):
         first, *others = (int(n) for n in actions.nvec)
         self._movable = first - 1
         self._slots = others.pop(0) if len(actions.nvec) == SLOT_CHOICES else 0
+        self.senses = () if self._slots else SENSES
         self.network = ObjectNetwork(sizes(lengths, lengths["in_view"]), others, **self._shape)
         optimizer: Any = self.optimizer_class
         self.optimizer = optimizer(self.network.parameters(), lr=lr_schedule(1), **self.optimizer_kwargs)
@@ -61,7 +65,7 @@ class ObjectPolicy(MaskableActorCriticPolicy):
         self, obs: Any, deterministic: bool = False, action_masks: Any = None
     ) -> tuple[Tensor, Tensor, Tensor]:
         """(B, ...) actions, (B, 1) values and (B,) logarithms of the actions' probabilities."""
-        distribution, values = self._both(obs, action_masks)
+        distribution, values = self.outlook(obs, action_masks)
         actions = distribution.get_actions(deterministic)
         return actions, values, distribution.log_prob(actions)
 
@@ -69,19 +73,20 @@ class ObjectPolicy(MaskableActorCriticPolicy):
         self, obs: Any, actions: Tensor, action_masks: Any = None
     ) -> tuple[Tensor, Tensor, Tensor]:
         """(B, 1) values, (B,) logarithms of the actions' probabilities, (B,) entropies."""
-        distribution, values = self._both(obs, action_masks)
+        distribution, values = self.outlook(obs, action_masks)
         return values, distribution.log_prob(actions), distribution.entropy(actions)
 
     def get_distribution(self, obs: Any, action_masks: Any = None) -> Any:
         """How the action is drawn."""
-        return self._both(obs, action_masks)[0]
+        return self.outlook(obs, action_masks)[0]
 
     def predict_values(self, obs: Any) -> Tensor:
         """(B, 1) values."""
         scores: Scores = self.network(obs)
         return scores.value
 
-    def _both(self, obs: Any, action_masks: Any) -> tuple[Pointing, Tensor]:
+    def outlook(self, obs: Any, action_masks: Any = None) -> tuple[Pointing, Tensor]:
+        """How the action is drawn, and (B, 1) values."""
         scores: Scores = self.network(obs)
         n = self._movable
         which = torch.cat([scores.which[:, :n], scores.leave], dim=-1)

@@ -39,18 +39,39 @@ class Pointing:
 
     def log_prob(self, actions: Tensor) -> Tensor:
         """(B,) logarithm of the probability of actions."""
-        which, *rest = actions.long().unbind(-1)
+        which = actions[..., 0].long()
         stays, label, levels = self._given(which)
+        return self._joint(actions.long(), stays, label, levels)
+
+    def log_probs(self, actions: Tensor) -> Tensor:
+        """(B, K) logarithms of the probabilities of K actions in each moment."""
+        count = actions.shape[1]
+        which = actions[..., 0].long()
+        stays = which == self._leave
+        affinity, levels = self._network.given_any(self._scores)
+        rows, own = torch.arange(len(which), device=which.device)[:, None], torch.where(stays, 0, which)
+        label = torch.log_softmax(affinity, dim=-1)[rows, own].flatten(0, 1)
+        parts = [torch.log_softmax(part, dim=-1)[rows, own].flatten(0, 1) for part in levels]
+        joint = self._joint(actions.long().flatten(0, 1), stays.flatten(), label, parts, count)
+        return joint.reshape(which.shape)
+
+    def _joint(
+        self, actions: Tensor, stays: Tensor, label: Tensor, levels: list[Tensor], count: int = 1
+    ) -> Tensor:
+        """(B x count,) logarithms of probabilities, `count` actions of a moment after one another."""
+        which, *rest = actions.unbind(-1)
         if self._place is None:
             joint = label
         else:
             slot, *rest = rest
             kind = label > NOWHERE / 2
-            meant = self._place.gather(-1, slot[:, None, None].expand(-1, label.shape[1], 1)).squeeze(-1)
+            place = self._place.repeat_interleave(count, dim=0)
+            meant = place.gather(-1, slot[:, None, None].expand(-1, label.shape[1], 1)).squeeze(-1)
             joint = label.masked_fill(~(kind & (meant > 0)), NOWHERE)
         for part, choice in zip(levels, rest, strict=True):
             joint = joint + _at(part, choice[:, None].expand(-1, part.shape[1]))
-        return _at(self._which, which) + torch.where(stays, 0.0, torch.logsumexp(joint, dim=-1))
+        first = _at(self._which.repeat_interleave(count, dim=0), which)
+        return first + torch.where(stays, 0.0, torch.logsumexp(joint, dim=-1))
 
     def entropy(self, actions: Tensor) -> Tensor:
         """(B,) of the whole action, the part that comes after the object taken for the one that was chosen.

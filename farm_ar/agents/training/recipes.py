@@ -25,8 +25,12 @@ OWN_KEYS = (
     "env_kwargs",
     "normalize",
     "checkpoint_every",
+    "imitate",
     "rehearse",
 )
+IMITATE = {"steps": 24576, "beam": 16, "batches": 200, "learning_rate": 0.001}
+"""What may be set of the imitation of a planner, and what is taken where it is not."""
+
 NORMALIZE_KEYS = ("norm_obs", "norm_reward", "clip_obs", "clip_reward", "gamma")
 
 LEFT_OUT = ("play_seconds", "animals_a_second")
@@ -49,7 +53,9 @@ class Recipe:
         env_kwargs: the environment's arguments.
         normalize: arguments of `VecNormalize`; None for no normalization.
         checkpoint_every: steps between checkpoints at the least; 0 for one after every update.
-        rehearse: how many of the steps are taken in a `Rehearsal`, before the environment itself.
+        imitate: arguments of `ImitatingPPO`, whom a planner shows what to do in the first of the steps; None
+            for no planner.
+        rehearse: how many of the steps after those are taken in a `Rehearsal`, before the environment itself.
         settings: arguments of the learner.
     """
 
@@ -60,8 +66,14 @@ class Recipe:
     env_kwargs: dict[str, Any] = field(default_factory=dict)
     normalize: dict[str, Any] | None = None
     checkpoint_every: int = 0
+    imitate: dict[str, Any] | None = None
     rehearse: int = 0
     settings: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def before(self) -> int:
+        """How many steps come before those in the environment itself."""
+        return (self.imitate["steps"] if self.imitate else 0) + self.rehearse
 
     def of_learner(self) -> dict[str, Any]:
         """The learner's arguments, `lin_` turned into a falling rate."""
@@ -73,18 +85,26 @@ class Recipe:
         return {**{name: values[name] for name in OWN_KEYS}, **self.settings}
 
     def with_arguments(
-        self, env_kwargs: Mapping[str, Any], n_timesteps: int | None = None, rehearse: int | None = None
+        self,
+        env_kwargs: Mapping[str, Any],
+        n_timesteps: int | None = None,
+        imitate: int | None = None,
+        rehearse: int | None = None,
     ) -> Recipe:
         """The same with further arguments of the environment, and other numbers of steps.
 
-        The reward `miscount` looks at the animals, so a recipe that leaves them out is not taken at its word.
+        No planner can show a helper (`sign` -1) what to do, so that a recipe's is left out there. The
+        reward `miscount` looks at the animals, so a recipe that leaves them out is not taken at its word.
         """
         steps = self.n_timesteps if n_timesteps is None else n_timesteps
         both = {**self.env_kwargs, **env_kwargs}
         if both.get("reward") == "miscount":
             both = {name: value for name, value in both.items() if name not in LEFT_OUT or name in env_kwargs}
         rehearsed = self.rehearse if rehearse is None else rehearse
-        return replace(self, env_kwargs=both, n_timesteps=steps, rehearse=rehearsed)
+        shown = None if both.get("sign") == -1 else self.imitate
+        if imitate is not None:
+            shown = {**IMITATE, **(shown or {}), "steps": imitate} if imitate else None
+        return replace(self, env_kwargs=both, n_timesteps=steps, imitate=shown, rehearse=rehearsed)
 
 
 def load_recipe(algorithm: str, env_id: str, path: str | os.PathLike[str] | None = None) -> Recipe:
@@ -143,6 +163,8 @@ def recipe_from(section: Any, allowed: frozenset[str], source: str) -> Recipe:
     for key in ("policy_kwargs", "env_kwargs"):
         if not isinstance(own.get(key, {}), dict):
             raise RecipeError(key, "must hold values by name", own[key], source)
+    if own.get("imitate") is not None:
+        own["imitate"] = _imitation(own["imitate"], source)
     if own.get("normalize") is not None:
         _check_normalize(own["normalize"], source)
     if "policy" in own:
@@ -152,6 +174,21 @@ def recipe_from(section: Any, allowed: frozenset[str], source: str) -> Recipe:
         if isinstance(value, str) and value.startswith("lin_"):
             _value(value, RecipeError(key, "must end in a number after lin_", value, source))
     return Recipe(**own, settings=settings)
+
+
+def _imitation(value: Any, source: str) -> dict[str, Any]:
+    """All that is to be set of an imitation."""
+    if not isinstance(value, dict):
+        raise RecipeError("imitate", f"must hold values for {', '.join(IMITATE)}", value, source)
+    for key, given in value.items():
+        if key not in IMITATE:
+            raise RecipeError(f"imitate.{key}", f"must be one of {', '.join(IMITATE)}", key, source)
+        whole = key != "learning_rate"
+        right = isinstance(given, int if whole else (int, float)) and not isinstance(given, bool)
+        if not right or given <= 0:
+            expected = f"must be a positive {'whole ' if whole else ''}number"
+            raise RecipeError(f"imitate.{key}", expected, given, source)
+    return {**IMITATE, **value}
 
 
 def _check_normalize(value: Any, source: str) -> None:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 from gymnasium import spaces
 from stable_baselines3.common.vec_env import VecEnv
 
+from farm_ar.agents.players.plan_kernels import search
+from farm_ar.agents.players.plan_steps import SHARES, Allowance, Table
+from farm_ar.agents.players.planning import eye_of, terms_of
 from farm_ar.agents.training.rehearsal_kernels import assess_all, carry_all
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.envs import FarmToTableEnv
@@ -28,6 +31,12 @@ from farm_ar.scenes import Camera, Layout, visible
 DISC = 1.0
 """Radius of an object's disc as a share of half its mean side."""
 
+SHOWN = 12
+"""How many of a planner's best steps are shown."""
+
+TOLERANCE = 0.005
+"""By how much less a plan must gain to be worth less by the factor e: below the effort of a useless move."""
+
 ONLY = {
     "control": "move",
     "observation": "state",
@@ -45,6 +54,18 @@ REWARDS = ("identity", "margin", "clutter")
 """The rewards that do not look at animals or endpoints."""
 
 
+class Demonstration(NamedTuple):
+    """What a planner would do on B tables.
+
+    Args:
+        actions: (B, K, D) those that it would think of, the last to leave.
+        worth: (B, K) 1 for the best of them, the less the less the best plan with it gains.
+    """
+
+    actions: IntArray
+    worth: FloatArray
+
+
 class Rehearsal(VecEnv):
     """`FarmToTable-v0` on many tables at once, with discs that push one another in place of physics.
 
@@ -56,6 +77,11 @@ class Rehearsal(VecEnv):
         seed: of layouts and cameras.
         arguments: of the environment.
 
+    Attributes:
+        beam: how many plans a planner keeps that shows what it would do before every step; 0 for no planner.
+        led: share of the steps in which what the planner would do is done.
+        shown: what it would have done.
+
     Raises:
         OptionError: they ask for something that cannot be rehearsed.
     """
@@ -64,10 +90,12 @@ class Rehearsal(VecEnv):
         self._chosen = option = EnvOptions(**arguments)
         for name, value in ONLY.items():
             if getattr(option, name) != value:
-                expected = f"must be {value} in a rehearsal (which --rehearse 0 leaves out)"
+                expected = f"must be {value} in a rehearsal (which --imitate 0 --rehearse 0 leave out)"
                 raise OptionError(name, expected, getattr(option, name))
         if option.reward not in REWARDS:
-            expected = f"must be {', '.join(REWARDS)} in a rehearsal (which --rehearse 0 leaves out)"
+            expected = (
+                f"must be {', '.join(REWARDS)} in a rehearsal (which --imitate 0 --rehearse 0 leave out)"
+            )
             raise OptionError("reward", expected, option.reward)
         if option.action not in ("displacement", "slot"):
             raise OptionError("action", "must be displacement or slot in a rehearsal", option.action)
@@ -77,6 +105,8 @@ class Rehearsal(VecEnv):
         self._layouts = StartingLayouts(scene, option.jitter)
         self._cameras = VisitCameras(scene, field_of_view(option.fov), True)
         self._rng = np.random.default_rng(seed)
+        self.beam, self.led, self.shown = 0, 0.0, list[Demonstration]()
+        self._terms = terms_of(scene, str(option.action), option.effort_weight)
         self._learn_objects(scene.layout)
         weights, m = scene.cost_weights, len(scene.layout)
         self._to_cost = weights.translation / scene.diagonal, weights.rotation
@@ -99,7 +129,12 @@ class Rehearsal(VecEnv):
 
     def step_async(self, actions: npt.NDArray[Any]) -> None:
         """What to do on each table."""
-        self._actions = np.asarray(actions, dtype=np.int64)
+        self._actions = np.array(actions, dtype=np.int64)
+        if self.beam:
+            self.shown.append(shown := self.demonstrate(self.beam))
+            led = self._rng.random(self.num_envs) < self.led
+            best = np.argmax(shown.worth, axis=1)
+            self._actions[led] = shown.actions[led, best[led]]
 
     def step_wait(self) -> Any:
         """Do it. An episode that is over is followed by another."""
@@ -134,6 +169,56 @@ class Rehearsal(VecEnv):
         """(B, choices) what makes sense now, as the environment says it."""
         rest = np.ones((self.num_envs, 1 + int(self._nvec[1:].sum())), dtype=np.bool_)
         return np.concatenate([self._seen[:, : self._movable], rest], axis=1)
+
+    def demonstrate(self, beam: int) -> Demonstration:
+        """What a planner would do on every table as it stands.
+
+        Args:
+            beam: how many unfinished plans it keeps.
+        """
+        count, layout = self.num_envs, self._template
+        yaw, pitch, height = self._gaze
+        cameras = Camera(self._eye, yaw, self._cameras.fov, height, pitch)
+        worth = np.empty((count, len(layout), len(layout), len(SHARES)))
+        nothing_wrong = np.zeros(len(layout), dtype=np.bool_)
+        for b in range(count):
+            table = Table(
+                self._position[b],
+                self._yaw[b],
+                self._home[b],
+                self._facing[b],
+                nothing_wrong,
+                self._code,
+                ~self._fixed,
+                layout.size,
+                layout.elevation,
+            )
+            metres, radians = self._left[b].tolist()
+            allowed = Allowance(metres, radians, np.inf, self._scene.diagonal, int(self._moves[b]))
+            steps = np.zeros((allowed.moves, 3), dtype=np.int64)
+            search(table, eye_of(cameras.at(b)), self._terms, allowed, beam, steps, worth[b])
+        flat = worth.reshape(count, -1)
+        best = np.argsort(-flat, axis=1, kind="stable")[:, :SHOWN]
+        steps = np.stack(np.unravel_index(best, worth.shape[1:]), axis=-1)
+        leaves = np.zeros((count, 1, len(self._nvec)), dtype=np.int64)
+        leaves[..., 0] = self._movable
+        actions = np.concatenate([self._meant(steps), leaves], axis=1)
+        gain = np.concatenate([np.take_along_axis(flat, best, axis=1), np.zeros((count, 1))], axis=1)
+        return Demonstration(actions, np.exp((gain - gain.max(axis=1, keepdims=True)) / TOLERANCE))
+
+    def _meant(self, steps: IntArray) -> IntArray:
+        """(B, K, D) the actions that steps of plans mean; leaving is not among them."""
+        which, label, share = np.moveaxis(steps, -1, 0)
+        if self._chosen.action == "slot":
+            kind = np.searchsorted(self._starts, which, side="right") - 1
+            return np.stack([which, label - self._starts[kind], share], axis=-1)
+        b, part = np.arange(self.num_envs)[:, None], SHARES[share]
+        shift = part[..., None] * (self._home[b, label] - self._position[b, which])
+        turn = part * wrap(self._facing[b, label] - self._yaw[b, which])
+        wanted = np.dstack([shift / self._terms.reach_m, turn / self._terms.reach_rad])
+        last = self._terms.levels - 1
+        levels = np.ceil((np.clip(wanted, -1.0, 1.0) + 1.0) / 2 * last - 0.5).astype(np.int64)
+        return np.concatenate([which[..., None], levels], axis=-1)
 
     def _end(self, over: IntArray, infos: list[dict[str, Any]]) -> None:
         last = self._observation()

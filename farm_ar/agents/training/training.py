@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecEnv,
 import farm_ar  # noqa: F401  # registers the environments
 from farm_ar.agents.training.algorithms import ALGORITHMS, POLICIES, check_fit
 from farm_ar.agents.training.callbacks import (
+    DEMONSTRATIONS,
     MODEL,
     NORMALIZATION,
     REPLAY,
@@ -32,6 +34,7 @@ from farm_ar.agents.training.callbacks import (
     NoteEvaluation,
     Progress,
 )
+from farm_ar.agents.training.imitating import Demonstrations, ImitatingPPO
 from farm_ar.agents.training.rehearsal import Rehearsal
 from farm_ar.agents.training.run_folder import CHECKPOINTS, Run, RunError, RunFolder
 from farm_ar.errors import OptionError
@@ -84,7 +87,7 @@ def train(
     judge = _environments(run, run.seed + EVALUATION_SEED, 1, None, judging=True)
     try:
         first = envs
-        if done < run.recipe.rehearse:
+        if done < run.recipe.before:
             first = Rehearsal(run.recipe.n_envs, seed, **run.recipe.env_kwargs)
         model = _new_model(run, first) if newest is None else _old_model(run, first, newest)
         if done < run.recipe.n_timesteps:
@@ -103,10 +106,18 @@ def _check(run: Run) -> None:
         raise OptionError("env", f"must be one that can be made ({problem})", run.env) from None
     check_fit(run.algo, run.recipe.policy, env)
     env.close()
-    if run.recipe.rehearse:
+    if run.recipe.imitate is not None:
+        if run.algo != "maskable-ppo" or run.recipe.policy != "ObjectPolicy":
+            expected = "must be none but for maskable-ppo with ObjectPolicy"
+            raise OptionError("imitate", expected, run.recipe.imitate)
+        if run.recipe.env_kwargs.get("sign", 1) != 1:
+            raise OptionError(
+                "imitate", "must be 0 for a helper, whom no planner can show", run.recipe.imitate
+            )
+    if run.recipe.before:
         if run.env != "FarmToTable-v0" or run.recipe.normalize is not None:
-            expected = "must be 0 but for FarmToTable-v0 without normalization"
-            raise OptionError("rehearse", expected, run.recipe.rehearse)
+            expected = "must both be 0 but for FarmToTable-v0 without normalization"
+            raise OptionError("imitate, rehearse", expected, run.recipe.before)
         Rehearsal(1, 0, **run.recipe.env_kwargs)
 
 
@@ -129,7 +140,9 @@ def _environments(run: Run, seed: int, count: int, saved: Path | None, judging: 
 
 def _new_model(run: Run, envs: VecEnv) -> BaseAlgorithm:
     recipe = run.recipe
-    learner: Any = ALGORITHMS[run.algo]
+    learner: Any = (
+        ALGORITHMS[run.algo] if recipe.imitate is None else partial(ImitatingPPO, imitate=recipe.imitate)
+    )
     return learner(  # type: ignore[no-any-return]
         POLICIES[recipe.policy],
         envs,
@@ -142,7 +155,12 @@ def _new_model(run: Run, envs: VecEnv) -> BaseAlgorithm:
 
 
 def _old_model(run: Run, envs: VecEnv, saved: Path) -> BaseAlgorithm:
-    model = ALGORITHMS[run.algo].load(saved / MODEL, env=envs, device="cpu")
+    learner = ALGORITHMS[run.algo] if run.recipe.imitate is None else ImitatingPPO
+    model = learner.load(saved / MODEL, env=envs, device="cpu")
+    if isinstance(model, ImitatingPPO):
+        model.demonstrations = Demonstrations()
+        if (saved / DEMONSTRATIONS).exists():
+            model.demonstrations.load(saved / DEMONSTRATIONS)
     if isinstance(model, OffPolicyAlgorithm):
         model.load_replay_buffer(saved / REPLAY)
     set_random_seed(run.seed + model.num_timesteps)
@@ -173,8 +191,8 @@ def _learn(
             warn=False,
         ),
     ]
-    if steps < recipe.rehearse:
-        calls.append(EndRehearsal(recipe.rehearse, envs))
+    if steps < recipe.before:
+        calls.append(EndRehearsal(recipe.before, envs))
     if progress:
         calls.append(Progress(recipe.n_timesteps))
     model.learn(

@@ -8,7 +8,7 @@ import pytest
 import farm_ar  # noqa: F401  # registers the environments
 from farm_ar.agents.training.algorithms import ALGORITHMS, check_fit, settings_of
 from farm_ar.agents.training.needed import need_training
-from farm_ar.agents.training.recipes import Recipe, RecipeError, load_recipe
+from farm_ar.agents.training.recipes import IMITATE, Recipe, RecipeError, load_recipe
 from farm_ar.errors import MissingPackageError, OptionError
 
 IDS = ("FarmToTable-v0", "FarmToTableHand-v0", "FarmToTableLayout-v0", "SceneLayout-v0")
@@ -69,6 +69,10 @@ def test_a_section_of_its_own_goes_before_the_default(written):
         ("FarmToTable-v0: {env_kwargs: 3}", "env_kwargs: must hold values by name, got 3"),
         ("FarmToTable-v0: {normalize: true}", "normalize: must hold values for norm_obs,"),
         ("FarmToTable-v0: {normalize: {obs: true}}", "normalize.obs: must be one of norm_obs,"),
+        ("FarmToTable-v0: {imitate: 3}", "imitate: must hold values for steps, beam, batches, learning_rate"),
+        ("FarmToTable-v0: {imitate: {beams: 3}}", "imitate.beams: must be one of steps, beam,"),
+        ("FarmToTable-v0: {imitate: {beam: 1.5}}", "imitate.beam: must be a positive whole number, got 1.5"),
+        ("FarmToTable-v0: {imitate: {learning_rate: 0}}", "imitate.learning_rate: must be a positive number"),
         ("FarmToTable-v0: {learning_rate: lin_fast}", "learning_rate: must end in a number after lin_"),
         ("FarmToTable-v0: 3", "section: must hold values by name, got 3"),
         ("Other-v0: {}", "file: must have a section FarmToTable-v0 or default"),
@@ -104,6 +108,16 @@ def test_animals_are_not_left_out_where_they_are_what_counts():
     assert "play_seconds" not in recipe.with_arguments({"reward": "miscount"}, None).env_kwargs
     given = recipe.with_arguments({"reward": "miscount", "play_seconds": 2.0}, 5)
     assert (given.env_kwargs["play_seconds"], given.n_timesteps) == (2.0, 5)
+
+
+def test_a_planner_is_asked_for_left_out_and_no_use_to_a_helper():
+    recipe = load_recipe("maskable-ppo", "FarmToTable-v0")
+    assert recipe.imitate is not None
+    assert recipe.before == recipe.imitate["steps"] + recipe.rehearse
+    assert recipe.with_arguments({}, imitate=0, rehearse=7).before == 7
+    assert recipe.with_arguments({}, imitate=4096).imitate == {**recipe.imitate, "steps": 4096}
+    assert recipe.with_arguments({"sign": -1}).imitate is None
+    assert Recipe().with_arguments({}, imitate=64).imitate == {**IMITATE, "steps": 64}
 
 
 @pytest.mark.parametrize("package", ["torch", "sb3_contrib", "tensorboard"])

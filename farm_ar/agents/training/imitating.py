@@ -1,0 +1,184 @@
+"""A learner that is shown what a planner would do, before it goes on by trial."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import torch
+from sb3_contrib import MaskablePPO
+from torch import Tensor
+
+from farm_ar.agents.training.object_policy import ObjectPolicy
+from farm_ar.agents.training.rehearsal import Demonstration, Rehearsal
+from farm_ar.arrays import IntArray
+
+VALUE_SHARE = 0.1
+"""What the error of the values counts beside that of the choices."""
+
+LEAST = 1e-12
+"""What choices are worth at least."""
+
+LOWEST_RATE = 0.1
+"""To what share of itself the rate falls by the end."""
+
+
+class Demonstrations:
+    """What was seen, and what the planner would have done: the more of it, the longer the learner was shown.
+
+    Every part is an array with one row for each moment: the parts of the observation by their names, "masks",
+    "actions" and "worth" (those that the planner thinks of), and "returns" of what the learner did.
+    """
+
+    def __init__(self) -> None:
+        self._parts: dict[str, list[npt.NDArray[Any]]] = {}
+
+    def __len__(self) -> int:
+        return sum(len(part) for part in self._parts.get("returns", []))
+
+    def add(self, moments: Mapping[str, npt.NDArray[Any]]) -> None:
+        """Some moments more."""
+        for name, values in moments.items():
+            self._parts.setdefault(name, []).append(values)
+
+    def draw(self, count: int, rng: np.random.Generator) -> dict[str, npt.NDArray[Any]]:
+        """So many of the moments, at random."""
+        self._parts = {name: [np.concatenate(parts)] for name, parts in self._parts.items()}
+        rows = rng.integers(len(self), size=count)
+        return {name: parts[0][rows] for name, parts in self._parts.items()}
+
+    def save(self, path: Path) -> None:
+        """Write all of them."""
+        np.savez(path, **{name: np.concatenate(parts) for name, parts in self._parts.items()})  # type: ignore[arg-type]
+
+    def load(self, path: Path) -> None:
+        """Read what `save` wrote, in place of what there is."""
+        with np.load(path, allow_pickle=False) as file:
+            self._parts = {name: [file[name]] for name in file}
+
+
+class ImitatingPPO(MaskablePPO):
+    """MaskablePPO whose first steps are in a rehearsal with a planner at its side, whose choices it learns.
+
+    At first the planner acts, by and by the learner itself, so that it is told what to do where it comes to
+    by its own choices; and it remembers all that it was told (Ross, Gordon and Bagnell 2011, "A reduction of
+    imitation learning and structured prediction to no-regret online learning"). One step of the best plan is
+    as good as another, if it can come first. The policy must be an `ObjectPolicy`.
+
+    Args:
+        imitate: "steps" until it is left to itself, the "beam" of the planner, how many "batches" it learns
+            after every rollout, and the "learning_rate" meanwhile, which falls to a tenth.
+        arguments: of `MaskablePPO`.
+    """
+
+    def __init__(self, *arguments: Any, imitate: Mapping[str, Any] | None = None, **named: Any) -> None:
+        self.imitate = dict(imitate or {})
+        self.demonstrations = Demonstrations()
+        super().__init__(*arguments, **named)
+
+    def collect_rollouts(self, *arguments: Any, **named: Any) -> bool:
+        """A rollout, with the planner at the side of a learner that still imitates it."""
+        rehearsal = self.env
+        if isinstance(rehearsal, Rehearsal):
+            left = 1.0 - self.num_timesteps / self.imitate["steps"] if self.imitate else 0.0
+            rehearsal.beam, rehearsal.led = (self.imitate["beam"], left) if left > 0.0 else (0, 0.0)
+        goes_on = bool(super().collect_rollouts(*arguments, **named))
+        if isinstance(rehearsal, Rehearsal) and rehearsal.shown:
+            self._remember(rehearsal.shown)
+            rehearsal.shown = []
+        return goes_on
+
+    def train(self) -> None:
+        """Learn from what the planner would have done; left to itself, from what came of the last rollout."""
+        if not len(self.demonstrations):
+            super().train()
+            return
+        self._learn_choices()
+        if self.num_timesteps >= self.imitate["steps"]:
+            self.policy.optimizer.state.clear()
+            self.demonstrations = Demonstrations()
+
+    def _remember(self, shown: Sequence[Demonstration]) -> None:
+        buffer: Any = self.rollout_buffer
+        moments = {
+            **buffer.observations,
+            "masks": buffer.action_masks,
+            "returns": buffer.returns,
+            "actions": np.stack([one.actions for one in shown]),
+            "worth": np.stack([one.worth for one in shown]).astype(np.float32),
+        }
+        self.demonstrations.add({name: v.reshape(-1, *v.shape[2:]).copy() for name, v in moments.items()})
+
+    def _learn_choices(self) -> None:
+        policy: Any = self.policy
+        policy.set_training_mode(True)
+        rng = np.random.default_rng([int(self.seed or 0), self.num_timesteps])
+        left = 1.0 - (self.num_timesteps - self.n_steps * self.n_envs) / self.imitate["steps"]
+        for group in policy.optimizer.param_groups:
+            group["lr"] = self.imitate["learning_rate"] * max(left, LOWEST_RATE)
+        losses, nvec = [], policy.action_space.nvec
+        for _ in range(self.imitate["batches"]):
+            drawn = mirrored(
+                self.demonstrations.draw(int(self.batch_size or 1), rng), rng, nvec, policy.senses
+            )
+            choice, value = _errors(policy, drawn)
+            policy.optimizer.zero_grad()
+            (choice + VALUE_SHARE * value).backward()  # type: ignore[no-untyped-call]
+            torch.nn.utils.clip_grad_norm_(policy.parameters(), self.max_grad_norm)
+            policy.optimizer.step()
+            losses.append((choice.item(), value.item()))
+        choice_loss, value_loss = np.mean(losses, axis=0)
+        self.logger.record("imitation/choice_loss", choice_loss)
+        self.logger.record("imitation/value_loss", value_loss)
+
+    def _excluded_save_params(self) -> list[str]:
+        return [*super()._excluded_save_params(), "demonstrations"]
+
+
+def mirrored(
+    moments: dict[str, npt.NDArray[Any]], rng: np.random.Generator, action: IntArray, senses: Sequence[int]
+) -> dict[str, npt.NDArray[Any]]:
+    """About half of the moments with left and right exchanged, so that twice as many are learnt.
+
+    Args:
+        moments: as `Demonstrations` has them.
+        rng: says which.
+        action: (D,) how many choices each part of an action has, the last of the first for leaving.
+        senses: the parts whose sense changes.
+    """
+    chosen, result = rng.random(len(moments["returns"])) < 0.5, dict(moments)
+    for name, signs in MIRROR.items():
+        if name in moments:
+            values = moments[name].copy()
+            values[chosen] = (values[chosen].reshape(-1, len(signs)) * signs).reshape(-1, values.shape[1])
+            result[name] = values
+    result["actions"] = actions = moments["actions"].copy()
+    stays = actions[..., 0] == action[0] - 1
+    for part in senses:
+        other = np.where(stays, 0, action[part] - 1 - actions[..., part])
+        actions[..., part] = np.where(chosen[:, None], other, actions[..., part])
+    return result
+
+
+MIRROR: dict[str, npt.NDArray[np.float32]] = {
+    "position": np.array([-1, 1], dtype=np.float32),
+    "believed_position": np.array([-1, 1], dtype=np.float32),
+    "heading": np.array([-1, 1], dtype=np.float32),
+    "believed_heading": np.array([-1, 1], dtype=np.float32),
+    "difference": np.array([-1, 1, -1], dtype=np.float32),
+    "camera": np.array([-1, 1, -1, 1], dtype=np.float32),
+}
+"""What changes its sign in a mirror: x, a turn, the sine of a heading."""
+
+
+def _errors(policy: ObjectPolicy, moments: dict[str, npt.NDArray[Any]]) -> tuple[Tensor, Tensor]:
+    """How little the policy's choices are worth to the planner, as a logarithm; how wrong its values are."""
+    names = policy.observation_space.spaces  # type: ignore[attr-defined]
+    seen = {name: torch.as_tensor(moments[name]) for name in names}
+    distribution, values = policy.outlook(seen, moments["masks"])
+    actions, worth = torch.as_tensor(moments["actions"]), torch.as_tensor(moments["worth"])
+    choice = -torch.logsumexp(distribution.log_probs(actions) + worth.clamp(min=LEAST).log(), dim=1).mean()
+    return choice, (values.squeeze(-1) - torch.as_tensor(moments["returns"])).square().mean()
