@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from farm_ar.agents.attacks import Trial, analytic, wrong_labels
 from farm_ar.agents.cases import Case, draw_case
 from farm_ar.agents.certificates import NO_BOUND, lower_bound, single
-from farm_ar.agents.certificates.single import single_mover, turn_gain
+from farm_ar.agents.certificates.single import Mover, single_mover, turn_gain
 from farm_ar.agents.effort import efforts
 from farm_ar.envs.reids import REIDS
 from farm_ar.reid import DistanceReid, LastKnownReid, NearestReid, SpatialOptions, SpatialReid
@@ -47,6 +47,21 @@ def test_two_alike_cross_clear_of_each_other():
     assert found.total == pytest.approx(np.sqrt(0.4**2 + 0.02**2) / np.sqrt(2), rel=1e-5)
     assert found.first == pytest.approx(0.2 / np.sqrt(2))
     assert found.by_object == pytest.approx([found.total] * 2)
+
+
+def test_labels_of_another_size_take_more():
+    # C_d of 1.5 in every side is 1.5^3. The two stand in each other, so that they need not keep clear:
+    # each cost of the own label is C times that of the other's, and both together go 2 C / (1 + C) of T.
+    case = room([[0.3, 0.5], [0.32, 0.5]], size=0.06)
+    size = case.layout.size * np.array([[1.0], [1.5]])
+    case = Case(replace(case.scene, layout=replace(case.layout, size=size)), case.camera)
+    stretch = 1.5**3
+    found = lower_bound(case, SpatialReid(case.scene))
+    assert found.total == pytest.approx(2 * stretch / (1 + stretch) * 0.02 / np.sqrt(2), rel=1e-5)
+    without = SpatialOptions(terms=("translation", "rotation"))
+    assert lower_bound(case, SpatialReid(case.scene, without)).total == pytest.approx(
+        0.02 / np.sqrt(2), rel=1e-5
+    )
 
 
 def test_one_that_may_be_taken_for_one_out_of_view_goes_half_of_the_way():
@@ -199,10 +214,10 @@ def test_the_single_mover_says_the_same_uncompiled(monkeypatch):
     square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
     cases = [(1.0, 1.0, 0.05, 0.1), (1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.2, 0.0)]
     home, goal, between = np.array([0.3, 0.5]), np.array([0.7, 0.6]), float(np.sin(0.3))
-    arguments = [(square, home, goal, between, 1.4, way, turn, out, s) for way, turn, out, s in cases]
-    expected = [single_mover(*a) for a in arguments]
+    movers = [Mover(square, home, goal, between, 1.4, way, turn, out, s) for way, turn, out, s in cases]
+    expected = [single_mover(mover) for mover in movers]
     for name in ("turn_gain", "effort_at", "_way", "_least_of_parts"):
         monkeypatch.setattr(single, name, getattr(single, name).py_func)
-    assert [single_mover.py_func(*a) for a in arguments] == pytest.approx(expected)
+    assert [single_mover.py_func(mover) for mover in movers] == pytest.approx(expected)
     # Half of the way and of the turn together, whether by going or by turning; and the other's leaving.
     assert expected[0] == pytest.approx((np.hypot(0.4, 0.1) / 1.4 + between) / 2 + 0.05, rel=2e-3)
