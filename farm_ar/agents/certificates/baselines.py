@@ -28,12 +28,12 @@ def nearest_bound(case: Case) -> Bound:
 
 
 def last_known_bound(case: Case, reid: LastKnownReid) -> Bound:
-    """An object has to move by the tolerance, and to be in view."""
+    """An object has to move by the tolerance, or to where another label is nearest, and to be in view."""
     layout, diagonal = case.layout, case.scene.diagonal
-    by_object = np.full(len(layout), np.inf)
+    by_object = nearest_bound(case).by_object.copy()
     for i in np.flatnonzero(layout.movable):
         inset = float(case.inner_radius[i]) if case.stays_inside[i] else 0.0
         into_view = distance_to(seen_polygon(case.camera, case.scene.size, inset), layout.position[i])
-        by_object[i] = max(reid.tolerance_m, into_view) / diagonal
+        by_object[i] = min(by_object[i], max(reid.tolerance_m, into_view) / diagonal)
     total = float(by_object.min(initial=np.inf))
     return Bound(total, total, total, by_object, "the tolerance")

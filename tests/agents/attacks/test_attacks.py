@@ -245,10 +245,10 @@ def test_the_margins_kernel_says_the_same_uncompiled():
     trial = trial_of(2)
     case, layout = trial.case, trial.case.layout
     expected = least_margins(trial, layout.position[None], layout.yaw[None])
-    result = np.ones(1)
-    surrogate._least_margins.py_func(
+    result, wrong, ambiguity = np.ones(1), np.zeros(1), np.zeros(1)
+    surrogate._look.py_func(
         layout.position[None], layout.yaw[None], case.in_view[None], layout.position, layout.yaw,
-        layout.category_code, 1 / case.scene.diagonal, 1.0, result,
+        layout.category_code, 1 / case.scene.diagonal, 1.0, result, wrong, ambiguity,
     )  # fmt: skip
     assert result == pytest.approx(expected)
 

@@ -84,6 +84,14 @@ def test_fixed_ones_are_not_moved():
     assert found.total == np.inf
 
 
+def test_where_places_are_close_the_tolerance_is_not_all():
+    # Nearer to the other's place than to its own, half of 1 cm away, although 2 cm are tolerated. The two
+    # are balls of 2 mm that have to keep clear of one another.
+    case = room([[0.3, 0.5], [0.31, 0.5]], size=0.002)
+    found = lower_bound(case, LastKnownReid(case.scene, 0.02))
+    assert found.total == pytest.approx(0.005 / np.sqrt(2), rel=1e-5)
+
+
 def test_turning_is_weighed_as_the_rule_does():
     # Only headings count, half as much as a way does in effort: the whole turn of one, or half of each.
     case = room([[0.3, 0.5], [0.7, 0.5]], yaw=[0.0, 1.0], weights=(0.0, 0.5))
