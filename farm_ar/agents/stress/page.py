@@ -96,12 +96,14 @@ def _rules_table(summary: Summary, scene: Scene) -> str:
                 share(rule.noise),
                 number(rule.endpoint_error_m),
                 "–" if rule.miscounts is None else f"{rule.miscounts:.1f}",
+                "–" if rule.by_hand is None else f"{share(rule.by_hand)}: {number(rule.by_hand_median)}",
+                f"{number(rule.most_wrong_labels)} at {number(rule.most_wrong_effort)}",
             ]
         )
     head = [
         "re-identifier", "median least perturbation", "as a way", "certified", "by T1 alone",
         "found / certified", "cases that failed", "fails in everyday disorder", "endpoint error, m",
-        "miscounted animals",
+        "miscounted animals", "carried out by the hand: at effort", "most labels wrong at effort",
     ]  # fmt: skip
     return table(head, rows)
 
@@ -154,9 +156,16 @@ def _failure_card(study: Study, number_of: int, row: Mapping[str, Any], failure:
     )
     return (
         f'<figure class="failure">{failure_picture(case, failure)}<figcaption>case {row["case"]}, '
-        f"{escape(row['attack'])}: {facts}<code>farm-ar stress-replay stress.json {number_of}</code>"
-        f"</figcaption></figure>"
+        f"{escape(row['attack'])}: {facts}{_hand(failure)}"
+        f"<code>farm-ar stress-replay stress.json {number_of}</code></figcaption></figure>"
     )
+
+
+def _hand(failure: Mapping[str, Any]) -> str:
+    if "by_hand" not in failure:
+        return ""
+    effort = failure["by_hand"]
+    return " · not by the hand" if effort is None else f" · by the hand {effort:.3f}"
 
 
 EXPLANATION = """
@@ -166,6 +175,10 @@ outside the room and nothing in anything else, whose snapshot has a wrong label.
 perturbation</b> of a case is the effort of the cheapest failure found. The <b>certified</b> effort is proven:
 no displacement of whatever objects with less makes any label wrong. Intervals are exact binomial ones at
 95%.</p>
+<p><b>Carried out by the hand</b>: how many of the cheapest failures the game's hand can bring about, in one
+visit with the moves and the budget of FarmToTable-v0, by gripping what is in view, dragging it and pushing
+what is in the way; and the median effort of that, pushed objects included. <b>Most labels wrong</b>: of each
+case's failure with most wrong labels within the budget, the median number and effort.</p>
 <p><b>Everyday disorder</b> is normal noise (SD 5 cm on the farm's table, larger in larger rooms, and 15°) on
 all objects. <b>Relative likelihood</b> is that of a failure under such noise, against nothing having
 moved.</p>
