@@ -1,7 +1,7 @@
 """Writes the tables of docs/stress-testing.md from the reports of farm-ar stress.
 
 python docs/make_stress_testing.py OUT, where OUT holds the folders that the commands on that page make: farm,
-H1, farm-attacks and H1-attacks.
+H1, farm-attacks, H1-attacks, farm-ungated and H1-ungated.
 """
 
 import csv
@@ -19,10 +19,18 @@ RULE_COLUMNS = (
     "found / certified, 10 / 50 / 90%",
     "by T1 alone",
     "fails in everyday disorder",
-    "endpoint error, m",
-    "miscounted animals",
     "calibration error, everyday / attacked",
 )
+HARM_COLUMNS = (
+    "rule",
+    "endpoint error, m",
+    "miscounted animals",
+    "carried out by the hand",
+    "median effort by the hand",
+    "most labels wrong",
+    "median effort of that",
+)
+UNGATED = "farm_ar.reid:SpatialReid"
 PAGE = Path(__file__).parent / "stress-testing.md"
 
 
@@ -43,9 +51,48 @@ def rules_table(folder: Path) -> str:
             f"| {rule['reid']} | {number(rule['median_least'])} | "
             f"{number(rule['bound_median']) if certified else 'none'} | {tight} | "
             f"{number(rule['bound_t1_median']) if certified else 'none'} | {low_high} | "
-            f"{number(rule['mean_endpoint_error_m'])} | {number(rule['mean_miscounts'])} | "
             f"{' / '.join(number(v) for v in errors) if errors[0] is not None else '–'} |"
         )
+    return "\n".join(lines)
+
+
+def harm_table(folder: Path) -> str:
+    report = json.loads((folder / "stress.json").read_text())
+    lines = [
+        f"| {' | '.join(HARM_COLUMNS)} |",
+        "| --- |" + " ---: |" * (len(HARM_COLUMNS) - 1),
+    ]
+    for rule in report["rules"]:
+        by_hand = "–" if rule["by_hand"] is None else "{:.0%} ({:.0%} to {:.0%})".format(*rule["by_hand"])
+        effort = "> budget" if rule["by_hand"] is not None and rule["by_hand_median"] is None else None
+        lines.append(
+            f"| {rule['reid']} | {number(rule['mean_endpoint_error_m'])} | "
+            f"{number(rule['mean_miscounts'])} | {by_hand} | {effort or number(rule['by_hand_median'])} | "
+            f"{number(rule['most_wrong_median'])} | {number(rule['most_wrong_effort_median'])} |"
+        )
+    return "\n".join(lines)
+
+
+def tightness_table(out: Path) -> str:
+    lines = [
+        "| categories | scene | found / certified, 10 / 50 / 90% | by T1 alone, 50% |",
+        "| --- |" + " ---: |" * 3,
+    ]
+    for kind, scene, folder in (
+        ("kept apart", "farm", "farm"),
+        ("kept apart", "H1", "H1"),
+        ("not kept apart", "farm", "farm-ungated"),
+        ("not kept apart", "H1", "H1-ungated"),
+    ):
+        with (out / folder / "stress.csv").open() as file:
+            rows = [
+                row for row in csv.DictReader(file) if row["reid"] in ("spatial", UNGATED) and row["ratio"]
+            ]
+        tight = " / ".join(
+            f"{v:.2f}" for v in np.percentile([float(row["ratio"]) for row in rows], [10, 50, 90])
+        )
+        alone = np.median([float(row["least"]) / float(row["bound_t1"]) for row in rows])
+        lines.append(f"| {kind} | {scene} | {tight} | {alone:.2f} |")
     return "\n".join(lines)
 
 
@@ -86,9 +133,12 @@ def number(value: float | None) -> str:
 def main(out: Path) -> None:
     tables = {
         "farm rules": rules_table(out / "farm"),
+        "farm harm": harm_table(out / "farm"),
         "farm transfer": transfer_table(out / "farm"),
         "H1 rules": rules_table(out / "H1"),
+        "H1 harm": harm_table(out / "H1"),
         "H1 transfer": transfer_table(out / "H1"),
+        "tightness": tightness_table(out),
         "farm attacks": attacks_table(out / "farm-attacks"),
         "H1 attacks": attacks_table(out / "H1-attacks"),
     }
