@@ -86,7 +86,7 @@ def stress(
     options = StressOptions(
         scene=scene,
         reids=tuple((compare or reid).split(",")),
-        attacks=_attacks(attack, player),
+        attacks=attacks_asked_for(attack, player),
         queries=queries,
         cases=cases,
         budget=budget,
@@ -123,8 +123,12 @@ def stress(
             raise typer.Exit(1)
 
 
-def _attacks(names: str, player: str | None) -> tuple[str, ...]:
-    """The attacks asked for; the player's name becomes a part of that of its attack."""
+def attacks_asked_for(names: str, player: str | None) -> tuple[str, ...]:
+    """The attacks of a command line; the player's name becomes a part of that of its attack.
+
+    Raises:
+        OptionError: there is a player, and no attack for it.
+    """
     from farm_ar.agents.attacks import ATTACKS, LEARNED
     from farm_ar.errors import OptionError
 

@@ -355,6 +355,23 @@ def test_players_are_told_apart_and_asked_whether_they_can_play():
         attack_named("learned:no-such-run").check(builtin_scene("farm"))
 
 
+@pytest.mark.usefixtures("train")
+def test_a_run_is_told_apart_by_its_best_model(tmp_path):
+    from farm_ar.agents.training.recipes import Recipe
+    from farm_ar.agents.training.run_folder import Run, RunFolder
+
+    recipe = Recipe(n_timesteps=1, n_envs=1, policy="MultiInputPolicy")
+    RunFolder(tmp_path).describe(Run("ppo", "FarmToTable-v0", 0, recipe))
+    run, seen = Learned((str(tmp_path),)), []
+    with pytest.raises(InputError, match="must hold a model"):
+        assert run.fingerprint
+    for steps in ("000100", "000200"):
+        (tmp_path / "best" / steps).mkdir(parents=True)
+        (tmp_path / "best" / steps / "model.zip").write_bytes(steps.encode())
+        seen.append(run.fingerprint)
+    assert seen[0] != seen[1] == run.fingerprint
+
+
 def test_players_need_what_training_needs(monkeypatch):
     monkeypatch.setitem(sys.modules, "torch", None)
     with pytest.raises(MissingPackageError, match="train"):
