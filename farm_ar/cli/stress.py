@@ -13,7 +13,7 @@ LEGEND = (
     "certified: no attack breaks the rule with less (the median of the cases); none: no theorem tells.",
     "/ certified: what was found by what is certified, case by case (the median); 1 is exact.",
     "failed: cases broken within the budget, with the exact 95% interval.",
-    "queries/s: snapshots identified a second, everything included.",
+    "queries/s: snapshots identified a second of the processor, everything included.",
 )
 """What the columns of the table say."""
 

@@ -23,7 +23,7 @@ class Study:
         options: what was asked for.
         known: a row per case and re-identifier, as `describe_case` gives it.
         attacked: a row per case, re-identifier and attack, as `attack_case` gives it.
-        measured: seconds of each attack.
+        measured: seconds of each attack, of the processor.
     """
 
     options: StressOptions

@@ -24,7 +24,7 @@ class AttackSummary:
         median: of those.
         failed: share of the cases that failed within the budget.
         tightness: median of least effort by certified bound, over the cases with a bound; NaN without.
-        queries_per_second: identified snapshots a second, everything included; NaN for "best".
+        queries_per_second: identified snapshots a second of the processor, all included; NaN for "best".
     """
 
     attack: str
