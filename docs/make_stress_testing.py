@@ -32,6 +32,10 @@ HARM_COLUMNS = (
     "most labels wrong",
     "median effort of that",
 )
+TIGHTNESS = """\
+How exactly the truth is known for the paper's rule: the least effort found, divided by the certified one, case by
+case; and by what T1 alone would certify. The game keeps categories apart; `--reid farm_ar.reid:SpatialReid`, the
+rule as the paper states it, does not (`--out out/farm-ungated`, `out/H1-ungated`)."""
 PAGE = Path(__file__).parent / "stress-testing.md"
 
 
@@ -76,10 +80,7 @@ def harm_table(folder: Path) -> str:
 
 def tightness_table(out: Path) -> str:
     lines = [
-        "How exactly the truth is known for the paper's rule: the least effort found, divided by the certified one, "
-        "case by case; and by what T1 alone would certify.",
-        "The game keeps categories apart; `--reid farm_ar.reid:SpatialReid`, the rule as the paper states it, "
-        "does not (`--out out/farm-ungated`, `out/H1-ungated`).",
+        TIGHTNESS,
         "",
         "| categories | scene | found / certified, 10 / 50 / 90% | by T1 alone, 50% |",
         "| --- |" + " ---: |" * 3,
