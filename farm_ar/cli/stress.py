@@ -7,6 +7,16 @@ from typing import Annotated
 
 import typer
 
+LEGEND = (
+    "D: effort summed over the objects moved, each way / the room's diagonal + sin(turn / 2).",
+    "as a way: how far an object goes for that effort, without turning.",
+    "certified: no attack breaks the rule with less (the median of the cases); none: no theorem tells.",
+    "/ certified: what was found by what is certified, case by case (the median); 1 is exact.",
+    "failed: cases broken within the budget, with the exact 95% interval.",
+    "queries/s: snapshots identified a second of the processor, everything included.",
+)
+"""What the columns of the table say."""
+
 
 def stress(
     scene: Annotated[
@@ -26,9 +36,18 @@ def stress(
         str,
         typer.Option(
             metavar="NAME,...",
-            help="random, halton, constant, greedy, cma, ribs, analytic, ladder, several of them, or all.",
+            help="random, halton, constant, greedy, cma, ribs, planned, analytic, ladder, learned, "
+            "several of them, or all (but for learned).",
         ),
     ] = "ladder",
+    player: Annotated[
+        str | None,
+        typer.Option(
+            metavar="RUN",
+            help="Who plays in the attack learned: a training run's folder, or a player that comes with "
+            "farm-ar; by default both of these.",
+        ),
+    ] = None,
     queries: Annotated[
         int, typer.Option(metavar="N", help="Snapshots that an attack may ask about in a case.")
     ] = 2000,
@@ -56,7 +75,6 @@ def stress(
     """
     from rich.console import Console
 
-    from farm_ar.agents.attacks import ATTACKS
     from farm_ar.agents.stress import StressOptions, run_stress, summarise, write_study
     from farm_ar.agents.stress.wording import in_metres, number, ratio, share
     from farm_ar.cli.output import print_line, print_table
@@ -68,7 +86,7 @@ def stress(
     options = StressOptions(
         scene=scene,
         reids=tuple((compare or reid).split(",")),
-        attacks=tuple(ATTACKS) if attack == "all" else tuple(attack.split(",")),
+        attacks=attacks_asked_for(attack, player),
         queries=queries,
         cases=cases,
         budget=budget,
@@ -83,7 +101,10 @@ def stress(
     summary = summarise(study, room.layout.labels)
     with writing("--out", out):
         files = write_study(study, summary, out)
-    head = ("rule", "attack", "median least", "as a way", "certified", "/ certified", "failed", "queries/s")
+    head = (
+        "rule", "attack", "median least, D", "as a way", "certified, D", "/ certified", "failed",
+        "queries/s",
+    )  # fmt: skip
     rows = []
     for rule in summary.rules:
         certified = number(rule.bound_median) if rule.theorem != "none" else "none"
@@ -92,12 +113,31 @@ def stress(
             found = number(one.median), in_metres(one.median, room), certified, ratio(one.tightness)
             rows.append((rule.reid, one.attack, *found, share(one.failed), pace))
     print_table(head, rows, head[2:])
+    for line in LEGEND:
+        print_line(line)
     print_line(f"Wrote {', '.join(str(file) for file in files)}")
     if fail_under is not None:
         weak = [rule.reid for rule in summary.rules if rule.best.median < fail_under]
         if weak:
             print_line(f"Median least perturbation below {fail_under:g}: {', '.join(weak)}")
             raise typer.Exit(1)
+
+
+def attacks_asked_for(names: str, player: str | None) -> tuple[str, ...]:
+    """The attacks of a command line; the player's name becomes a part of that of its attack.
+
+    Raises:
+        OptionError: there is a player, and no attack for it.
+    """
+    from farm_ar.agents.attacks import ATTACKS, LEARNED
+    from farm_ar.errors import OptionError
+
+    asked = [one for name in names.split(",") for one in (ATTACKS if name == "all" else (name,))]
+    if player is None:
+        return tuple(asked)
+    if LEARNED not in asked:
+        raise OptionError("--player", f"must come with --attack {LEARNED}", player)
+    return tuple(f"{LEARNED}:{player}" if name == LEARNED else name for name in asked)
 
 
 def stress_replay(

@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+from farm_ar.cli.stress import attacks_asked_for
 from farm_ar.scenes import load_scene
 
 QUICK = ["stress", "--cases", "2", "--queries", "60", "--attack", "analytic"]
@@ -51,6 +52,20 @@ def test_an_unknown_attack_is_one_line_and_code_2(run, tmp_path):
     assert result.exit_code == 2
     assert "attack: must be one of" in result.stderr
     assert not (tmp_path / "new").exists()
+
+
+def test_a_player_belongs_to_the_attack_of_players(run, tmp_path):
+    assert attacks_asked_for("halton,learned", "runs/mine") == ("halton", "learned:runs/mine")
+    assert "learned" not in attacks_asked_for("all", None)
+    result = run("stress", "--player", "farm-slot", "--out", str(tmp_path / "new"))
+    assert result.exit_code == 2
+    assert "--player: must come with --attack learned" in result.stderr
+
+
+def test_the_table_is_explained(run, tmp_path):
+    result = run(*QUICK, "--out", str(tmp_path))
+    for column in ("D", "as a way", "certified", "/ certified", "failed", "queries/s"):
+        assert f"\n{column}: " in result.stdout
 
 
 def test_a_design_is_drawn_and_saved(run, tmp_path):

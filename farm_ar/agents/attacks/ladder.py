@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from farm_ar.agents.attacks.analytic import analytic
+from farm_ar.agents.attacks.planned import planned
 from farm_ar.agents.attacks.refining import refine
 from farm_ar.agents.attacks.sampling import constant, halton, random_noise
 from farm_ar.agents.attacks.searching import cma_es, greedy, ribs
@@ -12,12 +13,13 @@ from farm_ar.agents.attacks.trial import Attack, Trial
 
 RUNGS: tuple[tuple[Attack, float], ...] = (
     (constant, 0.03),
-    (random_noise, 0.05),
+    (random_noise, 0.04),
     (halton, 0.05),
-    (greedy, 0.07),
-    (ribs, 0.1),
-    (cma_es, 0.15),
-    (analytic, 0.45),
+    (greedy, 0.06),
+    (ribs, 0.06),
+    (cma_es, 0.12),
+    (planned, 0.14),
+    (analytic, 0.42),
 )
 """The attacks and the share of the queries that each may spend; what is left refines the cheapest failure."""
 

@@ -14,6 +14,9 @@ from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.reid import LastKnownReid, NearestReid, SpatialReid, dimension_cost
 from farm_ar.scenes import Weights, visible
 
+CLEAR_MARGIN = 0.3
+"""The margin from which on a label counts as clear."""
+
 
 class Model(NamedTuple):
     """What an attack takes a re-identifier for.
@@ -63,9 +66,25 @@ def least_margins(trial: Trial, position: FloatArray, yaw: FloatArray) -> FloatA
         position: (B, N, 2) metres.
         yaw: (B, N) radians.
     """
+    return _looked_at(trial, position, yaw)[0]
+
+
+def worth_of(trial: Trial, position: FloatArray, yaw: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(B,) wrong labels, and (B,) how near the right ones are to being wrong, as `least_margins` sees it.
+
+    The latter is the sum of 1 - margin / 0.3 over the detections, from 0 to 1 each.
+    """
+    _, wrong, ambiguity = _looked_at(trial, position, yaw)
+    return wrong, ambiguity
+
+
+def _looked_at(
+    trial: Trial, position: FloatArray, yaw: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """(B,) least margins, (B,) wrong labels, (B,) ambiguities."""
     case, layout, weights = trial.case, trial.case.layout, model_of(trial).weights
-    result = np.ones(len(yaw))
-    _least_margins(
+    result = np.ones(len(yaw)), np.zeros(len(yaw)), np.zeros(len(yaw))
+    _look(
         np.ascontiguousarray(position),
         np.ascontiguousarray(yaw),
         visible(layout.with_poses(position, yaw), case.camera),
@@ -74,13 +93,13 @@ def least_margins(trial: Trial, position: FloatArray, yaw: FloatArray) -> FloatA
         layout.category_code,
         weights.translation / case.scene.diagonal,
         weights.rotation,
-        result,
+        *result,
     )
     return result
 
 
 @numba.njit(cache=True, nogil=True)
-def _least_margins(
+def _look(
     position: FloatArray,
     yaw: FloatArray,
     seen: BoolArray,
@@ -89,9 +108,11 @@ def _least_margins(
     category: IntArray,
     way_weight: float,
     turn_weight: float,
-    result: FloatArray,
+    least: FloatArray,
+    wrong: FloatArray,
+    ambiguity: FloatArray,
 ) -> None:
-    """Fill in the result, (B,), which holds ones."""
+    """Fill in the results, (B,) each, of which the first holds ones and the others zeros."""
     for b in range(len(yaw)):
         for code in range(category.max() + 1):
             found, label, margin = identify_kind(
@@ -106,4 +127,7 @@ def _least_margins(
                 turn_weight,
             )
             for x in range(len(found)):
-                result[b] = min(result[b], margin[x] if label[x] == found[x] else 0.0)
+                sure = margin[x] if label[x] == found[x] else 0.0
+                least[b] = min(least[b], sure)
+                wrong[b] += label[x] != found[x]
+                ambiguity[b] += max(1.0 - sure / CLEAR_MARGIN, 0.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from farm_ar.agents.cases import Case
 from farm_ar.arrays import FloatArray
 from farm_ar.geometry import direction
 from farm_ar.scenes import Camera
@@ -55,6 +56,18 @@ def seen_polygon(camera: Camera, size: tuple[float, float], inset: float) -> Flo
     for normal, offset in view_planes(camera):
         polygon = clip(polygon, normal, offset)
     return polygon
+
+
+def seen_polygons(case: Case) -> list[FloatArray]:
+    """Where each object's pivot can be when it is detected; a fixed one is where it is."""
+    layout, polygons = case.layout, []
+    for i in range(len(layout)):
+        inset = float(case.inner_radius[i]) if case.stays_inside[i] else 0.0
+        polygon = seen_polygon(case.camera, case.scene.size, inset)
+        if layout.fixed[i]:
+            polygon = np.empty((0, 2)) if not case.in_view[i] else np.tile(layout.position[i], (3, 1))
+        polygons.append(np.ascontiguousarray(polygon))
+    return polygons
 
 
 def way_out(camera: Camera, place: FloatArray, size: tuple[float, float], inset: float) -> float:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numba
 import numpy as np
 
@@ -10,6 +12,32 @@ from farm_ar.arrays import FloatArray
 
 PARTS = 24
 """Into how many parts the range of turns is cut; the parts that matter once more into as many."""
+
+
+class Mover(NamedTuple):
+    """An object, the label that it is to be taken for, and what that asks of the two.
+
+    Args:
+        polygon: (V, 2) where the object's pivot may be in the end, metres.
+        home: (2,) where it is, metres.
+        goal: (2,) where the label's object was, metres.
+        between: sin(theta / 2) of the angle theta between the two headings.
+        diagonal: of the room, metres.
+        way_weight: of |q - p| / l in the cost, not negative.
+        turn_weight: of sin(turn / 2) in the cost, not negative.
+        leaving: effort of the label's object to leave the view.
+        clear: how far apart the two objects' pivots are at the least, metres.
+    """
+
+    polygon: FloatArray
+    home: FloatArray
+    goal: FloatArray
+    between: float
+    diagonal: float
+    way_weight: float
+    turn_weight: float
+    leaving: float
+    clear: float
 
 
 @numba.njit(cache=True, nogil=True)
@@ -25,115 +53,57 @@ def turn_gain(turned: float, between: float) -> float:
 
 
 @numba.njit(cache=True, nogil=True)
-def effort_at(
-    polygon: FloatArray,
-    home: FloatArray,
-    goal: FloatArray,
-    diagonal: float,
-    ahead: float,
-    leaving: float,
-    clear: float,
-) -> float:
+def effort_at(mover: Mover, ahead: float, clear: float) -> float:
     """Effort of the ways alone, when the way has to win `ahead` (a share of the diagonal).
 
     The mover goes so far as to be nearer to the goal by `ahead`; the goal's own object first leaves the view,
     if it must. Both have to be `clear` metres apart in the end: |a| >= |q - goal| + ahead, and the goal's
     object moves by clear - |q - goal| at the least.
     """
-    way = advance_distance(polygon, home, goal, ahead * diagonal) / diagonal
-    return max(way + leaving, clear / diagonal + ahead)
+    metres = advance_distance(mover.polygon, mover.home, mover.goal, ahead * mover.diagonal)
+    return max(metres / mover.diagonal + mover.leaving, clear / mover.diagonal + ahead)
 
 
 @numba.njit(cache=True, nogil=True)
-def single_mover(
-    polygon: FloatArray,
-    home: FloatArray,
-    goal: FloatArray,
-    between: float,
-    diagonal: float,
-    way_weight: float,
-    turn_weight: float,
-    leaving: float,
-    clear: float,
-) -> float:
+def single_mover(mover: Mover) -> float:
     """A lower bound of the effort after which one object is as near, in cost, to a label as to its own.
 
     The turn is cut into parts. Within a part, the turn is not below its lower end, and the way has to win no
     less than at its upper end: so the least over the parts is a bound, and finer parts make it tighter.
-
-    Args:
-        polygon: (V, 2) where the object's pivot may be in the end.
-        home: (2,) where it is, metres.
-        goal: (2,) where the label's object was, metres.
-        between: sin(theta / 2) of the angle between the two headings.
-        diagonal: of the room, metres.
-        way_weight: of |q - p| / l in the cost, not negative.
-        turn_weight: of sin(turn / 2) in the cost, not negative.
-        leaving: effort of the label's object to leave the view.
-        clear: how far apart the two objects' pivots are at the least, metres.
 
     Returns:
         The effort; infinite where no turn and no way is enough.
     """
     reached = np.inf
     for k in range(PARTS + 1):
-        turned = between * k / PARTS
-        ways = _way(polygon, home, goal, between, diagonal, way_weight, turn_weight, leaving, clear, turned)
-        reached = min(reached, turned + ways)
+        turned = mover.between * k / PARTS
+        reached = min(reached, turned + _way(mover, turned))
     best = np.inf
     for k in range(PARTS):
-        low, high = between * k / PARTS, between * (k + 1) / PARTS
-        bound = low + _way(
-            polygon, home, goal, between, diagonal, way_weight, turn_weight, leaving, clear, high
-        )
+        low, high = mover.between * k / PARTS, mover.between * (k + 1) / PARTS
+        bound = low + _way(mover, high)
         if bound < reached:
-            bound = _least_of_parts(
-                polygon, home, goal, between, diagonal, way_weight, turn_weight, leaving, clear, low, high
-            )
+            bound = _least_of_parts(mover, low, high)
         best = min(best, bound)
     return best
 
 
 @numba.njit(cache=True, nogil=True)
-def _way(
-    polygon: FloatArray,
-    home: FloatArray,
-    goal: FloatArray,
-    between: float,
-    diagonal: float,
-    way_weight: float,
-    turn_weight: float,
-    leaving: float,
-    clear: float,
-    turned: float,
-) -> float:
+def _way(mover: Mover, turned: float) -> float:
     """The ways' effort after a turn of sin(a / 2) = `turned`."""
-    missing = -turn_weight * turn_gain(turned, between)
-    if way_weight > 0:
-        return effort_at(polygon, home, goal, diagonal, missing / way_weight, leaving, clear)
+    missing = -mover.turn_weight * turn_gain(turned, mover.between)
+    if mover.way_weight > 0:
+        return effort_at(mover, missing / mover.way_weight, mover.clear)
     if missing > 1e-12:
         return np.inf
-    return effort_at(polygon, home, goal, diagonal, -1e9, leaving, 0.0)
+    return effort_at(mover, -1e9, 0.0)
 
 
 @numba.njit(cache=True, nogil=True)
-def _least_of_parts(
-    polygon: FloatArray,
-    home: FloatArray,
-    goal: FloatArray,
-    between: float,
-    diagonal: float,
-    way_weight: float,
-    turn_weight: float,
-    leaving: float,
-    clear: float,
-    low: float,
-    high: float,
-) -> float:
+def _least_of_parts(mover: Mover, low: float, high: float) -> float:
     """The least bound of the parts of one range of turns."""
     best = np.inf
     for k in range(PARTS):
         start, end = low + (high - low) * k / PARTS, low + (high - low) * (k + 1) / PARTS
-        ways = _way(polygon, home, goal, between, diagonal, way_weight, turn_weight, leaving, clear, end)
-        best = min(best, start + ways)
+        best = min(best, start + _way(mover, end))
     return best

@@ -20,7 +20,8 @@ from farm_ar.scenes.fields import read_json, write_text
 
 COLUMNS = (
     "case", "reid", "attack", "asked", "least", "largest", "metres", "degrees", "moved", "wrong", "query",
-    "bound", "bound_t1", "ratio", "most_wrong", "surprise", "endpoint_error_m", "miscounts",
+    "bound", "bound_t1", "ratio", "most_wrong", "most_wrong_effort", "surprise", "endpoint_error_m",
+    "miscounts", "by_hand",
 )  # fmt: skip
 """Columns of the CSV table, a row per case, re-identifier and attack."""
 
@@ -65,6 +66,11 @@ def as_json(study: Study, summary: Summary) -> dict[str, Any]:
                 "calibration_error_attacked": rule.calibration_attacked.error,
                 "mean_miscounts": rule.miscounts,
                 "mean_endpoint_error_m": rule.endpoint_error_m,
+                "by_hand": None if rule.by_hand is None else list(rule.by_hand),
+                "by_hand_median": rule.by_hand_median,
+                "most_wrong": [None if worst is None else list(worst) for worst in rule.most_wrong],
+                "most_wrong_median": rule.most_wrong_labels,
+                "most_wrong_effort_median": rule.most_wrong_effort,
                 "transfer": {name: list(share) for name, share in rule.transfer.items()},
                 "attacks": [
                     {
@@ -137,6 +143,7 @@ def _table(study: Study) -> str:
             "ratio": row["least"] / bound if row["least"] is not None and bound else None,
             "moved": " ".join(cheapest.get("moved", [])),
             "most_wrong": worst.get("wrong"),
+            "most_wrong_effort": worst.get("effort"),
         }
         values |= {name: cheapest.get(name) for name in COLUMNS if name in cheapest and name != "moved"}
         writer.writerow(["" if values.get(name) is None else values[name] for name in COLUMNS])

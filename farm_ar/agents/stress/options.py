@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from farm_ar.agents.attacks import ATTACKS
+from farm_ar.agents.attacks import Learned, attack_named
 from farm_ar.agents.stress.rules import make_reid
 from farm_ar.envs.options import JITTERS
 from farm_ar.envs.starting import scene_of
@@ -21,7 +21,7 @@ class StressOptions:
     Args:
         scene: a built-in scene's name, or a `.json` file.
         reids: names of re-identifiers, as `make_reid` takes them.
-        attacks: names of attacks.
+        attacks: names of attacks, as `attack_named` takes them.
         queries: snapshots that one attack may ask about in one case.
         cases: how many layouts and cameras.
         budget: effort that a perturbation may take, D summed over the objects.
@@ -30,7 +30,8 @@ class StressOptions:
         noise_draws: draws of everyday disorder in each case.
 
     Raises:
-        OptionError: a name is not known, or a number out of its limits.
+        OptionError: a name is not known, a number out of its limits, or a player cannot play in the scene.
+        MissingPackageError: players are asked for, and what training needs is not installed.
     """
 
     scene: str = "farm"
@@ -53,7 +54,9 @@ class StressOptions:
         for reid in self.reids:
             make_reid(reid, scene)
         for attack in self.attacks:
-            known_name("attack", attack, ATTACKS)
+            found = attack_named(attack)
+            if isinstance(found, Learned):
+                found.check(scene)
         known_name("jitter", self.jitter, JITTERS)
         for name, lowest in (("queries", 1), ("cases", 1), ("seed", 0), ("noise_draws", 1)):
             value = getattr(self, name)

@@ -28,6 +28,7 @@ def page_of(study: Study, summary: Summary) -> str:
     many = len(summary.rules) > 1
     parts = [_head(study, scene), _cards(summary, scene)]
     parts.append(section("In short", _rules_table(summary, scene)))
+    parts.append(section("What it comes to", _harm_table(summary)))
     if many:
         parts.append(section("Side by side", _comparison(study, summary)))
         parts.append(section("Transfer", _transfer(summary)))
@@ -94,14 +95,31 @@ def _rules_table(summary: Summary, scene: Scene) -> str:
                 ratio(rule.best.tightness) if certified else "–",
                 share(rule.best.failed),
                 share(rule.noise),
-                number(rule.endpoint_error_m),
-                "–" if rule.miscounts is None else f"{rule.miscounts:.1f}",
             ]
         )
     head = [
         "re-identifier", "median least perturbation", "as a way", "certified", "by T1 alone",
-        "found / certified", "cases that failed", "fails in everyday disorder", "endpoint error, m",
-        "miscounted animals",
+"found / certified", "cases that failed", "fails in everyday disorder",
+    ]  # fmt: skip
+    return table(head, rows)
+
+
+def _harm_table(summary: Summary) -> str:
+    rows = [
+        [
+            rule.reid,
+            number(rule.endpoint_error_m),
+            "–" if rule.miscounts is None else f"{rule.miscounts:.1f}",
+            "–" if rule.by_hand is None else share(rule.by_hand),
+            number(rule.by_hand_median),
+            number(rule.most_wrong_labels),
+            number(rule.most_wrong_effort),
+        ]
+        for rule in summary.rules
+    ]
+    head = [
+        "re-identifier", "endpoint error, m", "miscounted animals", "carried out by the hand",
+        "median effort by the hand", "most labels wrong", "median effort of that",
     ]  # fmt: skip
     return table(head, rows)
 
@@ -154,9 +172,16 @@ def _failure_card(study: Study, number_of: int, row: Mapping[str, Any], failure:
     )
     return (
         f'<figure class="failure">{failure_picture(case, failure)}<figcaption>case {row["case"]}, '
-        f"{escape(row['attack'])}: {facts}<code>farm-ar stress-replay stress.json {number_of}</code>"
-        f"</figcaption></figure>"
+        f"{escape(row['attack'])}: {facts}{_hand(failure)}"
+        f"<code>farm-ar stress-replay stress.json {number_of}</code></figcaption></figure>"
     )
+
+
+def _hand(failure: Mapping[str, Any]) -> str:
+    if "by_hand" not in failure:
+        return ""
+    effort = failure["by_hand"]
+    return " · not by the hand" if effort is None else f" · by the hand {effort:.3f}"
 
 
 EXPLANATION = """
@@ -166,6 +191,13 @@ outside the room and nothing in anything else, whose snapshot has a wrong label.
 perturbation</b> of a case is the effort of the cheapest failure found. The <b>certified</b> effort is proven:
 no displacement of whatever objects with less makes any label wrong. Intervals are exact binomial ones at
 95%.</p>
+<p><b>Endpoint error</b> is from where labels are believed to be to where their own objects are, summed, and
+<b>miscounted animals</b> did not get into the building of their colour in the eight seconds after it: both
+of the cheapest failures.</p>
+<p><b>Carried out by the hand</b>: how many of the cheapest failures the game's hand can bring about, in one
+visit with the moves and the budget of FarmToTable-v0, by gripping what is in view, dragging it and pushing
+what is in the way; and the median effort of that, pushed objects included. <b>Most labels wrong</b>: of each
+case's failure with most wrong labels within the budget, the median number and effort.</p>
 <p><b>Everyday disorder</b> is normal noise (SD 5 cm on the farm's table, larger in larger rooms, and 15°) on
 all objects. <b>Relative likelihood</b> is that of a failure under such noise, against nothing having
 moved.</p>

@@ -102,20 +102,25 @@ def _weak(study: Study, rule: RuleSummary, scene: Scene) -> str:
     cameras = [
         [
             str(case), f"{x:.2f}, {z:.2f}", f"{np.rad2deg(yaw) + 0.0:.0f}°", number(effort),
-            number(bound) if certified else "–",
+            number(bound) if certified else "–", _most(rule.most_wrong[case]),
         ]
         for case, (x, z, yaw), effort, bound in rule.cases[:WEAKEST]
     ]  # fmt: skip
+    head = ["case", "camera at, m", "heading", "least", "certified", "most labels wrong at effort"]
     efforts = [study.options.budget if effort is None else effort for _, _, effort, _ in rule.cases]
     low, high = min(efforts), max(max(efforts), min(efforts) + 1e-9)
     strength = [(effort - low) / (high - low) for effort in efforts]
     picture = cameras_picture(scene, [camera for _, camera, _, _ in rule.cases], strength)
     return (
         f'<div class="row"><div>{table(["label", "misread", "cases in view", "certified"], labels)}'
-        f"{table(['case', 'camera at', 'heading', 'least', 'certified'], cameras)}</div>"
+        f"{table(head, cameras)}</div>"
         f"<figure>{picture}<figcaption>Cameras, red where the least effort was small</figcaption></figure>"
         f"</div>"
     )
+
+
+def _most(worst: tuple[int, float] | None) -> str:
+    return "none" if worst is None else f"{worst[0]} at {number(worst[1])}"
 
 
 def reach_of(study: Study, summary: Summary) -> float:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
+
 from farm_ar.envs.reids import REIDS
 from farm_ar.errors import OptionError
 from farm_ar.game_logic.tracker import ReidFactory
@@ -17,7 +20,8 @@ def make_reid(name: str, scene: Scene) -> Reidentifier:
     """A re-identifier that knows a scene.
 
     Args:
-        name: one of `RULES`, or `module:attribute` of something that is called with the scene.
+        name: one of `RULES`, or `module:Class` of something that is called with the scene. Modules are found
+            as `python -m` finds them, in the working folder too.
         scene: whose layout it knows.
 
     Raises:
@@ -28,7 +32,15 @@ def make_reid(name: str, scene: Scene) -> Reidentifier:
     if ":" not in name:
         known = ", ".join(sorted(RULES))
         raise OptionError("reid", f"must be one of {known}, or module:Class of your own", name)
-    made = load_function(name)(scene)
+    here = str(Path.cwd())
+    if here not in sys.path:
+        sys.path.append(here)
+    try:
+        make = load_function(name)
+    except OptionError as problem:
+        expected = "must be module:Class, of a class at the top of a module in this folder or on PYTHONPATH"
+        raise OptionError("reid", expected, name) from problem
+    made = make(scene)
     if not isinstance(made, Reidentifier):
         raise OptionError("reid", "must be called with a scene and give something with identify()", name)
     return made

@@ -7,9 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from farm_ar.agents.attacks import Learned, attack_named
 from farm_ar.agents.stress.options import StressOptions
+from farm_ar.agents.stress.rules import RULES
 from farm_ar.agents.stress.units import attack_case, describe_case
 from farm_ar.sweeps import Executor, Row, Store, Sweep, Watcher, grid, run_sweep
+from farm_ar.sweeps.versions import code_version
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,7 +23,7 @@ class Study:
         options: what was asked for.
         known: a row per case and re-identifier, as `describe_case` gives it.
         attacked: a row per case, re-identifier and attack, as `attack_case` gives it.
-        measured: seconds of each attack.
+        measured: seconds of each attack, of the processor.
     """
 
     options: StressOptions
@@ -49,21 +52,27 @@ def run_stress(
     """
     shared: dict[str, Any] = {"scene": [options.scene], "jitter": [options.jitter]}
     shared |= {"case": range(options.cases), "reid": options.reids}
-    known = Sweep(
-        f"stress-cases-{options.scene}",
-        describe_case,
-        grid(**shared, draws=[options.noise_draws]),
-        [options.seed],
-    )
+    looks = grid(**shared, draws=[options.noise_draws])
+    for call in looks:
+        call["code"] = _code_of([call["reid"]])
+    known = Sweep(f"stress-cases-{options.scene}", describe_case, looks, [options.seed])
     calls = grid(**shared, attack=options.attacks, queries=[options.queries], budget=[options.budget])
     for call in calls:
         call["transfer"] = list(options.reids)
+        call["code"] = _code_of(options.reids, call["attack"])
     attacks = Sweep(f"stress-attacks-{options.scene}", attack_case, calls, [options.seed])
     with Store(store) if not isinstance(store, Store) else _kept_open(store) as opened:
         facts = run_sweep(known, opened, executor, watch=watch)
         found = run_sweep(attacks, opened, executor, watch=watch)
     measured = [row for outcome in found.outcomes() for row in outcome.measured]
     return Study(options, facts.rows(), found.rows(), measured)
+
+
+def _code_of(reids: Sequence[str], attack: str | None = None) -> str:
+    """The version of what a unit runs that is not farm-ar's: somebody's own rules, trained players."""
+    parts = [code_version(reid) for reid in reids if reid not in RULES]
+    found = None if attack is None else attack_named(attack)
+    return " ".join([*parts, found.fingerprint] if isinstance(found, Learned) else parts)
 
 
 class _kept_open:  # noqa: N801  # reads like a function

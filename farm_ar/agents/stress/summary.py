@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from farm_ar.agents.certificates import NO_BOUND
+from farm_ar.agents.stress.gallery import Shown, gallery
 from farm_ar.agents.stress.statistics import Calibration, Share, calibrate, clopper_pearson, median
 from farm_ar.agents.stress.study import Study
 from farm_ar.sweeps import Row
@@ -24,7 +24,7 @@ class AttackSummary:
         median: of those.
         failed: share of the cases that failed within the budget.
         tightness: median of least effort by certified bound, over the cases with a bound; NaN without.
-        queries_per_second: identified snapshots a second, everything included; NaN for "best".
+        queries_per_second: identified snapshots a second of the processor, all included; NaN for "best".
     """
 
     attack: str
@@ -52,6 +52,9 @@ class RuleSummary:
         transfer: share of the cheapest failures made for this rule that also break each other one.
         miscounts: mean over the cheapest failures; None without the game.
         endpoint_error_m: mean over the cheapest failures.
+        by_hand: share of the cheapest failures that the game's hand can bring about; None without the game.
+        by_hand_median: of the efforts with which it does, those it cannot counted as infinite; NaN without.
+        most_wrong: (C) wrong labels of each case's worst failure, and its effort; None where nothing failed.
         labels: label, how often it was misread in a cheapest failure, how often seen, median bound.
         cases: case, camera, least effort, bound; the weakest first.
     """
@@ -68,8 +71,21 @@ class RuleSummary:
     transfer: dict[str, Share]
     miscounts: float | None
     endpoint_error_m: float
+    by_hand: Share | None
+    by_hand_median: float
+    most_wrong: tuple[tuple[int, float] | None, ...]
     labels: tuple[tuple[str, int, int, float], ...]
     cases: tuple[tuple[int, tuple[float, float, float], float | None, float | None], ...]
+
+    @property
+    def most_wrong_labels(self) -> float:
+        """Median number of wrong labels of the worst failures; 0 where nothing failed."""
+        return median([0 if worst is None else worst[0] for worst in self.most_wrong])
+
+    @property
+    def most_wrong_effort(self) -> float:
+        """Median effort of the worst failures; NaN without one."""
+        return median([worst[1] for worst in self.most_wrong if worst is not None])
 
     @property
     def best(self) -> AttackSummary:
@@ -83,21 +99,17 @@ class Summary:
 
     Args:
         rules: each re-identifier.
-        failures: the rows of the attacks' failures that the gallery shows: kind, row, failure.
+        failures: those that the gallery shows.
     """
 
     rules: tuple[RuleSummary, ...]
-    failures: tuple[tuple[str, Row, dict[str, Any]], ...]
-
-
-GALLERY, GALLERY_OF_MANY = 6, 3
-"""Failures of each kind and rule in the gallery; of more than two rules."""
+    failures: tuple[Shown, ...]
 
 
 def summarise(study: Study, labels: Sequence[str]) -> Summary:
     """The numbers of a study; `labels` are those of the scene's objects, in order."""
     rules = tuple(_of_rule(study, reid, labels) for reid in study.options.reids)
-    return Summary(rules, tuple(_gallery(study)))
+    return Summary(rules, tuple(gallery(study)))
 
 
 def _of_rule(study: Study, reid: str, labels: Sequence[str]) -> RuleSummary:
@@ -112,6 +124,7 @@ def _of_rule(study: Study, reid: str, labels: Sequence[str]) -> RuleSummary:
     attacks.append(_attack_summary("best", least, bounds, certified, float("nan")))
     failures = [row["cheapest"] for row in cheapest if row is not None]
     counts = [failure["miscounts"] for failure in failures if failure["miscounts"] is not None]
+    by_hand = [failure["by_hand"] for failure in failures if "by_hand" in failure]
     return RuleSummary(
         reid=reid,
         theorem=theorem,
@@ -132,6 +145,11 @@ def _of_rule(study: Study, reid: str, labels: Sequence[str]) -> RuleSummary:
         },
         miscounts=float(np.mean(counts)) if counts else None,
         endpoint_error_m=float(np.mean([one["endpoint_error_m"] for one in failures] or [np.nan])),
+        by_hand=clopper_pearson(sum(effort is not None for effort in by_hand), len(by_hand))
+        if by_hand
+        else None,
+        by_hand_median=median(by_hand),
+        most_wrong=_most_wrong([row for row in study.attacked if row["reid"] == reid], study.options.cases),
         labels=_weak_labels(labels, known, failures, certified),
         cases=_weak_cases(known, least),
     )
@@ -145,6 +163,18 @@ def _cheapest(rows: Sequence[Row], cases: int) -> list[Row | None]:
         if row["least"] is not None and (now is None or row["least"] < now["least"]):
             best[row["case"]] = row
     return best
+
+
+def _most_wrong(rows: Sequence[Row], cases: int) -> tuple[tuple[int, float] | None, ...]:
+    """The wrong labels of each case's worst failure, and the least effort of as many."""
+    worst: list[tuple[int, float] | None] = [None] * cases
+    for row in rows:
+        failure, now = row["worst"], worst[row["case"]]
+        if failure is None:
+            continue
+        if now is None or (-failure["wrong"], failure["effort"]) < (-now[0], now[1]):
+            worst[row["case"]] = int(failure["wrong"]), float(failure["effort"])
+    return tuple(worst)
 
 
 def _of_attack(
@@ -203,23 +233,3 @@ def _weak_cases(
         for row, effort in zip(known, least, strict=True)
     ]
     return tuple(sorted(rows, key=lambda row: np.inf if row[2] is None else row[2]))
-
-
-def _gallery(study: Study) -> list[tuple[str, Row, dict[str, Any]]]:
-    """The cheapest, the worst and the likeliest failures of each re-identifier, one of each case."""
-    shown = []
-    number = GALLERY if len(study.options.reids) <= 2 else GALLERY_OF_MANY
-    for reid in study.options.reids:
-        rows = [row for row in study.attacked if row["reid"] == reid and row["cheapest"] is not None]
-        orders = {
-            "cheapest": lambda row: row["cheapest"]["effort"],
-            "worst": lambda row: (-row["worst"]["wrong"], row["worst"]["effort"]),
-            "likeliest": lambda row: row["cheapest"]["surprise"],
-        }
-        for kind, order in orders.items():
-            cases: set[int] = set()
-            for row in sorted(rows, key=order):
-                if row["case"] not in cases and len(cases) < number:
-                    cases.add(row["case"])
-                    shown.append((kind, row, row["worst" if kind == "worst" else "cheapest"]))
-    return shown

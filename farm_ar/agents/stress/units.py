@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from farm_ar.agents.attacks import ATTACKS, Failure, Trial, wrong_labels
+from farm_ar.agents.attacks import Failure, Trial, attack_named, wrong_labels
 from farm_ar.agents.attacks.validity import settle
 from farm_ar.agents.cases import Case, draw_case
 from farm_ar.agents.certificates import lower_bound
 from farm_ar.agents.effort import effort_of
+from farm_ar.agents.stress.by_hand import by_hand
 from farm_ar.agents.stress.harm import harm_of
 from farm_ar.agents.stress.rules import make_reid
 from farm_ar.arrays import FloatArray
@@ -39,7 +40,9 @@ def everyday_noise(scene: Scene) -> LayoutNoise:
     return LayoutNoise(Gaussian(0.0, metres * unit_of(scene)), Gaussian(0.0, float(radians)))
 
 
-def describe_case(seed: int, scene: str, jitter: str, case: int, reid: str, draws: int) -> Outcome:
+def describe_case(
+    seed: int, scene: str, jitter: str, case: int, reid: str, draws: int, code: str = ""
+) -> Outcome:
     """The certificate of a case, and how often everyday disorder breaks it.
 
     Args:
@@ -49,8 +52,9 @@ def describe_case(seed: int, scene: str, jitter: str, case: int, reid: str, draw
         case: its number.
         reid: the re-identifier's name.
         draws: how many disordered layouts are looked at.
+        code: tells results apart that other code gave under the same names.
     """
-    begin = time.perf_counter()
+    begin = time.process_time()
     known = known_case(scene, case, jitter, seed)
     rule = make_reid(reid, known.scene)
     bound = lower_bound(known, rule)
@@ -73,7 +77,7 @@ def describe_case(seed: int, scene: str, jitter: str, case: int, reid: str, draw
         "confidence": [pair for pairs in sure for pair in pairs],
         "camera": [*known.camera.position.tolist(), float(known.camera.yaw)],
     }
-    return Outcome([row], [{"case": case, "reid": reid, "seconds": time.perf_counter() - begin}])
+    return Outcome([row], [{"case": case, "reid": reid, "seconds": time.process_time() - begin}])
 
 
 def attack_case(
@@ -86,6 +90,7 @@ def attack_case(
     queries: int,
     budget: float,
     transfer: list[str],
+    code: str = "",
 ) -> Outcome:
     """One attack on one case under one re-identifier.
 
@@ -99,13 +104,14 @@ def attack_case(
         queries: snapshots that it may ask about.
         budget: effort that a perturbation may take.
         transfer: names of the re-identifiers that its cheapest failure is also shown to.
+        code: tells results apart that other code, or another player, gave under the same names.
     """
     known = known_case(scene, case, jitter, seed)
     trial = Trial(known, make_reid(reid, known.scene), queries, budget)
     names = zlib.crc32(f"{attack} {reid}".encode())
-    begin = time.perf_counter()
-    ATTACKS[attack](trial, np.random.default_rng([seed, case, names]))
-    seconds = time.perf_counter() - begin
+    begin = time.process_time()
+    attack_named(attack)(trial, np.random.default_rng([seed, case, names]))
+    seconds = time.process_time() - begin
     row: dict[str, Any] = {
         "case": case,
         "reid": reid,
@@ -121,6 +127,10 @@ def attack_case(
         if failure is not None:
             row[name] = _described(trial, failure, reid, seed)
     if trial.cheapest is not None:
+        if known.layout.fixed.any():
+            row["cheapest"]["by_hand"] = by_hand(
+                known, trial.reid, trial.cheapest.position, trial.cheapest.yaw
+            )
         shown = trial.cheapest.position[None], trial.cheapest.yaw[None]
         row["transfer"] = {
             other: int(wrong_labels(known, make_reid(other, known.scene), *shown)[0]) for other in transfer

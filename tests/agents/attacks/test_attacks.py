@@ -1,31 +1,44 @@
 """Attacks: what they may ask, what they find, that they repeat."""
 
+import sys
 from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 import pytest
 
 from farm_ar.agents.attacks import (
     ATTACKS,
+    Learned,
     Trial,
     analytic,
+    attack_named,
     components,
     crafting,
+    crafting_kernels,
     ladder,
+    planned,
     surrogate,
     wrong_labels,
 )
 from farm_ar.agents.attacks.components import cheapest_components
-from farm_ar.agents.attacks.crafting import craft, evolve, room_of
+from farm_ar.agents.attacks.crafting import craft, room_of
+from farm_ar.agents.attacks.crafting_kernels import evolve
+from farm_ar.agents.attacks.learned import layouts_left
 from farm_ar.agents.attacks.refining import refine
 from farm_ar.agents.attacks.surrogate import Model, least_margins, model_of
 from farm_ar.agents.attacks.trial import NOT_ASKED
 from farm_ar.agents.cases import Case, draw_case
 from farm_ar.agents.certificates import lower_bound
 from farm_ar.agents.effort import effort_of, efforts
+from farm_ar.agents.players import AnalyticPlayer
+from farm_ar.envs import FarmToTableEnv
 from farm_ar.envs.reids import REIDS
+from farm_ar.errors import InputError, MissingPackageError, OptionError
 from farm_ar.reid import Identification, LastKnownReid, NearestReid, SpatialReid
 from farm_ar.scenes import Weights, builtin_scene, observe
+
+planning = import_module("farm_ar.agents.attacks.planned")  # the attack of that name hides it
 
 
 def trial_of(number=0, queries=300, budget=1.0, reid="spatial", scene="farm", jitter="default"):
@@ -146,15 +159,17 @@ def test_refining_makes_a_failure_cheaper_and_leaves_none_alone():
     assert trial.least < before
 
 
-@pytest.mark.parametrize(
-    "name", ["random", "halton", "constant", "greedy", "cma", "ribs", "analytic", "ladder"]
-)
+@pytest.mark.parametrize("name", [*ATTACKS, "learned"])
 def test_a_case_in_which_nothing_can_move_is_given_up(name):
     scene = builtin_scene("farm")
     layout = replace(scene.layout, fixed=np.ones(len(scene.layout), dtype=bool))
     case = draw_case(scene, 0, 0)
     still = Case(replace(scene, layout=layout), case.camera)
     trial = Trial(still, REIDS["spatial"](still.scene), 64, 1.0)
+    if name == "learned":
+        with pytest.raises(OptionError):
+            attack_named(name)(trial, np.random.default_rng(0))
+        return
     ATTACKS[name](trial, np.random.default_rng(0))
     assert trial.cheapest is None
     assert trial.asked <= 64
@@ -219,8 +234,9 @@ def test_the_crafting_kernels_say_the_same_uncompiled(monkeypatch):
     room = room_of(trial.case, model)
     hidden = next(c for c in cheapest_components(trial.case, model, 60) if c.hidden and c.end >= 0)
     expected = craft(trial.case, room, hidden, np.random.default_rng(0), 60, restarts=1)
-    for name in ("cost_of_label", "beyond_view", "violation", "effort_in", "evolve"):
-        monkeypatch.setattr(crafting, name, getattr(crafting, name).py_func)
+    for name in ("cost_of_label", "beyond_view", "violation", "effort_in"):
+        monkeypatch.setattr(crafting_kernels, name, getattr(crafting_kernels, name).py_func)
+    monkeypatch.setattr(crafting, "evolve", evolve.py_func)
     assert crafting.evolve is not evolve
     again = craft(trial.case, room, hidden, np.random.default_rng(0), 60, restarts=1)
     assert again.effort == pytest.approx(expected.effort)
@@ -245,10 +261,10 @@ def test_the_margins_kernel_says_the_same_uncompiled():
     trial = trial_of(2)
     case, layout = trial.case, trial.case.layout
     expected = least_margins(trial, layout.position[None], layout.yaw[None])
-    result = np.ones(1)
-    surrogate._least_margins.py_func(
+    result, wrong, ambiguity = np.ones(1), np.zeros(1), np.zeros(1)
+    surrogate._look.py_func(
         layout.position[None], layout.yaw[None], case.in_view[None], layout.position, layout.yaw,
-        layout.category_code, 1 / case.scene.diagonal, 1.0, result,
+        layout.category_code, 1 / case.scene.diagonal, 1.0, result, wrong, ambiguity,
     )  # fmt: skip
     assert result == pytest.approx(expected)
 
@@ -268,3 +284,100 @@ def test_the_number_of_components_is_a_limit():
     trial = trial_of()
     assert len(cheapest_components(trial.case, model_of(trial), 5)) == 5
     assert components._smallest(np.full((2, 2), np.inf), 3) == []
+
+
+def test_plans_find_more_wrong_labels_than_the_cheapest_failure_has():
+    most = []
+    for number in range(4):
+        trial = trial_of(number, queries=260)
+        planned(trial, np.random.default_rng(0))
+        assert trial.worst.wrong > trial.cheapest.wrong or trial.worst.wrong >= 3
+        most.append(trial.worst.wrong)
+    assert np.mean(most) >= 3
+
+
+def test_the_worst_failure_becomes_cheaper_and_stays_as_bad():
+    trial = trial_of(2, queries=400)
+    planning.add_to_worst(trial, planning.steps_of(trial), np.random.default_rng(0))
+    before = trial.worst
+    trial.queries += 300
+    planning.cheapen_worst(trial, np.random.default_rng(0))
+    assert trial.worst.wrong >= before.wrong
+    assert trial.worst.effort < before.effort
+
+
+def test_worth_counts_what_the_paper_rule_misreads():
+    trial = trial_of(0, queries=400)
+    ladder(trial, np.random.default_rng(0))
+    worst = trial.worst
+    wrong, ambiguity = surrogate.worth_of(trial, worst.position[None], worst.yaw[None])
+    assert wrong[0] == worst.wrong
+    assert ambiguity[0] >= worst.wrong  # who is misread is as unclear as can be
+
+
+@pytest.fixture
+def train():
+    pytest.importorskip("sb3_contrib")
+
+
+@pytest.mark.usefixtures("train")
+def test_trained_players_play_the_case_and_what_they_leave_is_refined():
+    trial = trial_of(2, queries=300)
+    attack_named("learned")(trial, np.random.default_rng(0))
+    again = trial_of(2, queries=300)
+    attack_named("learned")(again, np.random.default_rng(0))
+    assert 0 < trial.asked <= 300
+    assert again.asked == trial.asked
+    np.testing.assert_array_equal(again.cells, trial.cells)
+
+
+def test_what_players_leave_is_what_stands_and_nothing_fixed_has_moved():
+    trial, env = trial_of(1), FarmToTableEnv(action="slot", animals_a_second=0.0)
+    left = list(layouts_left(AnalyticPlayer(beam=1), env, trial.case))
+    assert 0 < len(left) <= 6
+    home = trial.case.layout
+    for position, yaw in left:
+        np.testing.assert_array_equal(position[home.fixed], home.position[home.fixed])
+        np.testing.assert_array_equal(yaw[home.fixed], home.yaw[home.fixed])
+        assert np.all(np.abs(yaw - home.yaw) <= np.pi)
+    np.testing.assert_allclose(left[-1][0], env.world.truth.position)
+
+
+@pytest.mark.usefixtures("train")
+def test_players_are_told_apart_and_asked_whether_they_can_play():
+    both, one = Learned(), Learned(("farm-slot",))
+    assert both.fingerprint != one.fingerprint
+    assert one.fingerprint == attack_named("learned:farm-slot").fingerprint
+    both.check(builtin_scene("farm"))
+    with pytest.raises(OptionError, match="scene"):
+        both.check(builtin_scene("H1"))
+    with pytest.raises(InputError, match=r"run\.json"):
+        attack_named("learned:no-such-run").check(builtin_scene("farm"))
+
+
+@pytest.mark.usefixtures("train")
+def test_a_run_is_told_apart_by_its_best_model(tmp_path):
+    from farm_ar.agents.training.recipes import Recipe
+    from farm_ar.agents.training.run_folder import Run, RunFolder
+
+    recipe = Recipe(n_timesteps=1, n_envs=1, policy="MultiInputPolicy")
+    RunFolder(tmp_path).describe(Run("ppo", "FarmToTable-v0", 0, recipe))
+    run, seen = Learned((str(tmp_path),)), []
+    with pytest.raises(InputError, match="must hold a model"):
+        assert run.fingerprint
+    for steps in ("000100", "000200"):
+        (tmp_path / "best" / steps).mkdir(parents=True)
+        (tmp_path / "best" / steps / "model.zip").write_bytes(steps.encode())
+        seen.append(run.fingerprint)
+    assert seen[0] != seen[1] == run.fingerprint
+
+
+def test_players_need_what_training_needs(monkeypatch):
+    monkeypatch.setitem(sys.modules, "torch", None)
+    with pytest.raises(MissingPackageError, match="train"):
+        attack_named("learned").check(builtin_scene("farm"))
+
+
+def test_an_attack_of_another_name_is_refused():
+    with pytest.raises(OptionError, match="learned, planned"):
+        attack_named("luck")

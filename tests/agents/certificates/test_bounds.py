@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from farm_ar.agents.attacks import Trial, analytic, wrong_labels
 from farm_ar.agents.cases import Case, draw_case
 from farm_ar.agents.certificates import NO_BOUND, lower_bound, single
-from farm_ar.agents.certificates.single import single_mover, turn_gain
+from farm_ar.agents.certificates.single import Mover, single_mover, turn_gain
 from farm_ar.agents.effort import efforts
 from farm_ar.envs.reids import REIDS
 from farm_ar.reid import DistanceReid, LastKnownReid, NearestReid, SpatialOptions, SpatialReid
@@ -49,6 +49,21 @@ def test_two_alike_cross_clear_of_each_other():
     assert found.by_object == pytest.approx([found.total] * 2)
 
 
+def test_labels_of_another_size_take_more():
+    # C_d of 1.5 in every side is 1.5^3. The two stand in each other, so that they need not keep clear:
+    # each cost of the own label is C times that of the other's, and both together go 2 C / (1 + C) of T.
+    case = room([[0.3, 0.5], [0.32, 0.5]], size=0.06)
+    size = case.layout.size * np.array([[1.0], [1.5]])
+    case = Case(replace(case.scene, layout=replace(case.layout, size=size)), case.camera)
+    stretch = 1.5**3
+    found = lower_bound(case, SpatialReid(case.scene))
+    assert found.total == pytest.approx(2 * stretch / (1 + stretch) * 0.02 / np.sqrt(2), rel=1e-5)
+    without = SpatialOptions(terms=("translation", "rotation"))
+    assert lower_bound(case, SpatialReid(case.scene, without)).total == pytest.approx(
+        0.02 / np.sqrt(2), rel=1e-5
+    )
+
+
 def test_one_that_may_be_taken_for_one_out_of_view_goes_half_of_the_way():
     left_half = Camera(np.array([0.3, -1.0]), np.array(0.0), FieldOfView(0.2, 0.2, 9.0))
     case = room([[0.3, 0.5], [0.7, 0.5]], camera=left_half)
@@ -67,6 +82,14 @@ def test_fixed_ones_are_not_moved():
     case = room([[0.3, 0.5], [0.7, 0.5]], fixed=np.array([True, True]))
     found = lower_bound(case, NearestReid(case.scene))
     assert found.total == np.inf
+
+
+def test_where_places_are_close_the_tolerance_is_not_all():
+    # Nearer to the other's place than to its own, half of 1 cm away, although 2 cm are tolerated. The two
+    # are balls of 2 mm that have to keep clear of one another.
+    case = room([[0.3, 0.5], [0.31, 0.5]], size=0.002)
+    found = lower_bound(case, LastKnownReid(case.scene, 0.02))
+    assert found.total == pytest.approx(0.005 / np.sqrt(2), rel=1e-5)
 
 
 def test_turning_is_weighed_as_the_rule_does():
@@ -199,10 +222,10 @@ def test_the_single_mover_says_the_same_uncompiled(monkeypatch):
     square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
     cases = [(1.0, 1.0, 0.05, 0.1), (1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.2, 0.0)]
     home, goal, between = np.array([0.3, 0.5]), np.array([0.7, 0.6]), float(np.sin(0.3))
-    arguments = [(square, home, goal, between, 1.4, way, turn, out, s) for way, turn, out, s in cases]
-    expected = [single_mover(*a) for a in arguments]
+    movers = [Mover(square, home, goal, between, 1.4, way, turn, out, s) for way, turn, out, s in cases]
+    expected = [single_mover(mover) for mover in movers]
     for name in ("turn_gain", "effort_at", "_way", "_least_of_parts"):
         monkeypatch.setattr(single, name, getattr(single, name).py_func)
-    assert [single_mover.py_func(*a) for a in arguments] == pytest.approx(expected)
+    assert [single_mover.py_func(mover) for mover in movers] == pytest.approx(expected)
     # Half of the way and of the turn together, whether by going or by turning; and the other's leaving.
     assert expected[0] == pytest.approx((np.hypot(0.4, 0.1) / 1.4 + between) / 2 + 0.05, rel=2e-3)

@@ -3,6 +3,7 @@
 import csv
 import json
 import re
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -26,6 +27,8 @@ from farm_ar.errors import OptionError
 from farm_ar.reid import NearestReid
 from farm_ar.scenes import builtin_scene
 from farm_ar.sweeps import Store
+from farm_ar.sweeps.functions import load_function
+from farm_ar.sweeps.versions import code_version
 
 RULES = ("spatial", "likelihood", "nearest")
 FEW = StressOptions(reids=RULES, attacks=("analytic", "halton"), queries=150, cases=3, noise_draws=20)
@@ -181,6 +184,29 @@ def test_nothing_within_a_small_budget_is_nothing_to_look_at():
     assert "Nothing failed" in page_of(study, found)
 
 
+OWN_RULE = """
+from farm_ar.reid import NearestReid, LastKnownReid
+
+class MyReid({parent}):
+    pass
+"""
+
+
+def test_a_class_in_the_working_folder_is_found_and_its_changes_are_noticed(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [entry for entry in sys.path if entry not in ("", str(tmp_path))])
+    options = {"reids": ("own_rule_here:MyReid",), "attacks": ("halton",), "queries": 10, "cases": 1}
+    bounds = []
+    for parent in ("NearestReid", "LastKnownReid"):
+        (tmp_path / "own_rule_here.py").write_text(OWN_RULE.format(parent=parent))
+        for cached in (load_function, code_version):
+            cached.cache_clear()
+        sys.modules.pop("own_rule_here", None)
+        study = run_stress(StressOptions(**options, noise_draws=1), tmp_path / "store.sqlite")
+        bounds.append(study.known[0]["bound"])
+    assert bounds[0] > 2 * bounds[1]
+
+
 def test_own_classes_are_found_by_name():
     scene = builtin_scene("farm")
     assert isinstance(make_reid("farm_ar.reid:NearestReid", scene), NearestReid)
@@ -189,8 +215,8 @@ def test_own_classes_are_found_by_name():
 
 @pytest.mark.parametrize(
     ("name", "message"),
-    [("best", "must be one of distance, .*module:Class"), ("farm_ar.scenes:Scene.name", "function"),
-     ("builtins:repr", "identify"), ("farm_ar.reid:Nobody", "function")],
+    [("best", "must be one of distance, .*module:Class"), ("builtins:repr", "identify"),
+     ("farm_ar.scenes:Scene.name", "must be module:Class"), ("farm_ar.reid:Nobody", "of a class")],
 )  # fmt: skip
 def test_rules_that_are_none_are_refused(name, message):
     with pytest.raises(OptionError, match=message):

@@ -1,0 +1,134 @@
+"""The attack of trained players: they play the case with the hand, and what they leave behind is refined."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields
+from hashlib import sha256
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from farm_ar.agents.attacks.refining import refine
+from farm_ar.agents.attacks.trial import Trial
+from farm_ar.agents.cases import Case
+from farm_ar.agents.training.needed import need_training
+from farm_ar.arrays import FloatArray
+from farm_ar.geometry import wrap
+from farm_ar.scenes import Scene
+
+ROUNDING = 1e-9
+"""Radians below which a heading has not changed."""
+
+if TYPE_CHECKING:
+    from farm_ar.agents.players import Player
+    from farm_ar.envs import FarmToTableEnv
+
+SHIPPED = ("farm-displacement", "farm-slot")
+"""The players that come with farm-ar."""
+
+SHARES = (1.0, 0.5, 0.25)
+"""Of the budget with which a player learnt: with less in hand it leaves cheaper failures behind."""
+
+
+@dataclass(frozen=True)
+class Learned:
+    """Players of the environments as an attack.
+
+    Each plays the case from its layout and camera, in the environment that it was trained in, with all of its
+    budget and with less. What stands after each of its moves, pushed objects included, is asked about; then
+    the cheapest failure is refined as every other attack's is.
+
+    Args:
+        players: folders of training runs, or names of players that come with farm-ar.
+    """
+
+    players: Sequence[str] = SHIPPED
+
+    def __call__(self, trial: Trial, rng: np.random.Generator) -> None:
+        """Play, ask, refine; only what is refined by chance uses the generator.
+
+        Raises:
+            OptionError: a player cannot play in the scene.
+            RunError: there is no such player.
+            MissingPackageError: what training needs is not installed.
+        """
+        for name in self.players:
+            player, env = _seated(name, trial.case.scene)
+            for share in SHARES:
+                left = list(layouts_left(player, _with_budget(env, share), trial.case))
+                if left and trial.left > 0:
+                    trial.ask(*(np.stack(values) for values in zip(*left, strict=True)))
+        refine(trial, rng)
+
+    def check(self, scene: Scene) -> None:
+        """See that the players can play in a scene.
+
+        Raises:
+            OptionError: one cannot.
+            RunError: there is no such player.
+            MissingPackageError: what training needs is not installed.
+        """
+        for name in self.players:
+            _seated(name, scene)
+
+    @property
+    def fingerprint(self) -> str:
+        """A hash of what the players have learnt, by which results of others are told apart.
+
+        Raises:
+            RunError: there is no such player.
+            MissingPackageError: what training needs is not installed.
+        """
+        need_training()
+        return sha256(b"".join(_weights_of(name) for name in self.players)).hexdigest()[:16]
+
+
+def layouts_left(player: Player, env: FarmToTableEnv, case: Case) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """(N, 2) and (N,) the poses that a player leaves behind, after each of its moves that changed some."""
+    layout = case.layout
+    env.reset(seed=0, options={"layout": layout, "camera": case.camera})
+    before, over = env.world.truth, False
+    while not over:
+        _, _, terminated, truncated, _ = env.step(player.act(env))
+        over, after = terminated or truncated, env.world.truth
+        turn = wrap(after.yaw - layout.yaw)
+        if np.any(after.position != before.position) or np.any(after.yaw != before.yaw):
+            # Physics tells headings but for whole turns, and the last bits.
+            still = (np.abs(turn) < ROUNDING) & np.all(after.position == layout.position, axis=1)
+            yield after.position, np.where(still | layout.fixed, layout.yaw, layout.yaw + turn)
+        before = after
+
+
+def _seated(name: str, scene: Scene) -> tuple[Player, FarmToTableEnv]:
+    """A player, and the environment that it learnt in, with the scene's table."""
+    need_training()
+    from farm_ar.agents.training.trained_player import player_and_env
+
+    return player_and_env(name, arguments={"scene": scene, "jitter": "none", "visits": 1})
+
+
+def _with_budget(env: FarmToTableEnv, share: float) -> FarmToTableEnv:
+    """The same environment with a share of the budget, and without animals."""
+    options = env.options
+    arguments = {field.name: getattr(options, field.name) for field in fields(options)}
+    names = ("budget_m", "budget_rad") if options.budget is None else ("budget",)
+    return type(env)(
+        **arguments | {name: share * arguments[name] for name in names} | {"animals_a_second": 0.0}
+    )
+
+
+def _weights_of(name: str) -> bytes:
+    """The file that holds what a player has learnt."""
+    from farm_ar.agents.training.callbacks import MODEL
+    from farm_ar.agents.training.run_folder import BEST, RunFolder
+    from farm_ar.agents.training.trained_player import SHIPPED as MODELS
+    from farm_ar.agents.training.trained_player import shipped
+
+    if name in shipped():
+        return files("farm_ar.agents.training").joinpath(MODELS, f"{name}.npz").read_bytes()
+    folder = RunFolder(Path(name))
+    folder.read()
+    return (folder.newest(BEST) / MODEL).read_bytes()

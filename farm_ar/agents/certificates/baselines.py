@@ -1,0 +1,39 @@
+"""Lower bounds for the rules that look at one detection at a time."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from farm_ar.agents.cases import Case
+from farm_ar.agents.certificates.bound import Bound
+from farm_ar.agents.certificates.nearest import advance_distance
+from farm_ar.agents.certificates.regions import distance_to, seen_polygon, seen_polygons
+from farm_ar.reid import LastKnownReid
+
+
+def nearest_bound(case: Case) -> Bound:
+    """Every label can be taken by one object alone, when its place is the nearest."""
+    layout, diagonal = case.layout, case.scene.diagonal
+    seen, by_object = seen_polygons(case), np.full(len(layout), np.inf)
+    largest = np.inf
+    for i in np.flatnonzero(layout.movable):
+        for j in range(len(layout)):
+            if i != j:
+                clear = case.inner_radius[i] + case.inner_radius[j] if case.keeps_clear[i, j] else 0.0
+                way = advance_distance(seen[i], layout.position[i], layout.position[j], 0.0)
+                largest = min(largest, way / diagonal)
+                by_object[i] = min(by_object[i], max(way, clear) / diagonal)
+    total = float(by_object.min(initial=np.inf))
+    return Bound(total, float(largest), float(largest), by_object, "the nearest label's cell")
+
+
+def last_known_bound(case: Case, reid: LastKnownReid) -> Bound:
+    """An object has to move by the tolerance, or to where another label is nearest, and to be in view."""
+    layout, diagonal = case.layout, case.scene.diagonal
+    by_object = nearest_bound(case).by_object.copy()
+    for i in np.flatnonzero(layout.movable):
+        inset = float(case.inner_radius[i]) if case.stays_inside[i] else 0.0
+        into_view = distance_to(seen_polygon(case.camera, case.scene.size, inset), layout.position[i])
+        by_object[i] = min(by_object[i], max(reid.tolerance_m, into_view) / diagonal)
+    total = float(by_object.min(initial=np.inf))
+    return Bound(total, total, total, by_object, "the tolerance")
