@@ -15,6 +15,7 @@ _KERNELS = (
     "game_logic/chipmunk.py",
     "game_logic/kernels.py",
     "game_logic/plane_kernels.py",
+    "game_logic/plane_parts.py",
     "game_logic/sight.py",
     "game_logic/steering.py",
     "envs/reading.py",

@@ -38,6 +38,7 @@ Polynomial = tuple[float, float, float, float, float, float, float, float]
 _EVEN_STEPS = 8
 _TOLERANCE = 1e-14  # error of a table's step, as a part of the length around the control points
 _PIECES = 4  # of a curve, looked at one by one for whether they can meet a footprint
+_LOOKS = 8  # at a curve, at equal steps of the parameter
 _ROUNDING = 1e-12  # metres that do not count
 _CONVERGED = 1e-8  # a step of Newton's method this small leaves an error of rounding
 
@@ -369,20 +370,49 @@ def stays_on(p: Polynomial, table: FloatArray) -> bool:
 
 
 @compiled
-def keeps_clear(p: Polynomial, goal: int, entry: float, box: FloatArray) -> bool:
-    """Whether a curve is in its goal's footprint before it is in any other.
+def glimpsed(p: Polynomial, box: FloatArray) -> float:
+    """A parameter at which a curve is in a footprint (8,), if a quick look finds one; else 2."""
+    for k in range(1, _LOOKS):
+        t = k / _LOOKS
+        dx, dz = point_at(p, t)
+        dx, dz = dx - box[0], dz - box[1]
+        if abs(dx * box[3] - dz * box[2]) <= box[4] and abs(dx * box[2] + dz * box[3]) <= box[5]:
+            return t
+    return 2.0
+
+
+@compiled
+def in_the_way(p: Polynomial, goal: int, own: FloatArray, box: FloatArray, likely: int) -> int:
+    """A footprint that a curve is in before it is in its goal's; NOWHERE if there is none.
 
     Args:
         p: the curve.
         goal: the building it leads to.
-        entry: the parameter at which it enters the goal's footprint.
-        box: (N, 8) the footprints, that of the goal anywhere; taken out and put back.
+        own: (8,) the footprint of that.
+        box: (N, 8) the footprints.
+        likely: the one to look at first, because it was in the way of a similar curve; NOWHERE for none.
     """
-    centre = box[goal, 0]
-    box[goal, 0] = np.nan
-    reached = first_building(p, 0.0, min(entry, 1.0), box)[1]
-    box[goal, 0] = centre
-    return reached >= entry
+    least_x, most_x = hull(p[0], p[1], p[2], p[3], 0.0, 1.0)
+    least_z, most_z = hull(p[4], p[5], p[6], p[7], 0.0, 1.0)
+    for k in range(-1, len(box)):
+        i = likely if k < 0 else k
+        if i == goal or i == NOWHERE or (k >= 0 and i == likely):
+            continue
+        x, z, reach_x, reach_z = box[i, 0], box[i, 1], box[i, 6], box[i, 7]
+        if (
+            x - reach_x <= most_x
+            and x + reach_x >= least_x
+            and z - reach_z <= most_z
+            and z + reach_z >= least_z
+        ):
+            # Quick: in it by now and never at the goal so far, whenever it came in.
+            t = glimpsed(p, box[i])
+            if t <= 1 and footprint_entry(p, 0.0, t, own) > t:
+                return i
+            t = footprint_entry(p, 0.0, 1.0, box[i])
+            if t <= 1 and footprint_entry(p, 0.0, t, own) > t:
+                return i
+    return NOWHERE
 
 
 @compiled
@@ -415,33 +445,22 @@ def dodge_one(
     table: FloatArray,
 ) -> None:
     """`dodge` for one curve, (4, 2)."""
-    bowed, second, third = np.empty((4, 2)), np.empty((4, 2)), np.empty((4, 2))
-    own = box[2, goal].copy()
-    found_second = found_third = False
-    for bow in bows:
-        bowed[:] = curve
-        for i in range(1, 3):
-            bowed[i, 0] += bow * aside_x
-            bowed[i, 1] += bow * aside_z
-        p = polynomial(bowed)
-        entry = footprint_entry(p, 0.0, 1.0, own)
-        # The first footprints hold the second, and those the third: most that fail do so at the third.
-        if not keeps_clear(p, goal, entry, box[2]):
-            continue
-        stays = stays_on(p, table)
-        if stays and keeps_clear(p, goal, entry, box[0]):
-            curve[:] = bowed
-            return
-        if not found_second and stays and keeps_clear(p, goal, entry, box[1]):
-            second[:] = bowed
-            found_second = True
-        elif not found_third:
-            third[:] = bowed
-            found_third = True
-    if found_second:
-        curve[:] = second
-    elif found_third:
-        curve[:] = third
+    bowed, own = np.empty((4, 2)), box[2, goal]
+    for ask in range(len(box)):
+        blocker = NOWHERE
+        for bow in bows:
+            bowed[:] = curve
+            for i in range(1, 3):
+                bowed[i, 0] += bow * aside_x
+                bowed[i, 1] += bow * aside_z
+            p = polynomial(bowed)
+            if ask < 2 and not stays_on(p, table):
+                continue
+            # What was in the way of the last is most likely in the way of the next.
+            blocker = in_the_way(p, goal, own, box[ask], blocker)
+            if blocker == NOWHERE:
+                curve[:] = bowed
+                return
 
 
 @compiled
