@@ -19,7 +19,6 @@ from farm_ar.game_logic.hand import MAX_HAND_SPEED, MAX_TWIST
 from farm_ar.game_logic.motion import Motion
 from farm_ar.game_logic.plane_kernels import TICK
 from farm_ar.game_logic.tracker import Sighting
-from farm_ar.scenes import visible
 
 STEPS_PER_SECOND = 10
 """How often the hand is steered."""
@@ -93,11 +92,11 @@ class MoveControl:
     def act(self, action: Any, look: Look, world: World, budget: Budget) -> Outcome:
         """Carry out the moves, one after the other; what is out of view when its turn comes stays."""
         view = look()
-        moves, total, seen = self.asked(action, view, budget), Motion(), view.in_view
-        stale = False
+        moves, total, stale = self.asked(action, view, budget), Motion(), False
         for asked in moves or []:
             if stale:
-                seen, stale = visible(world.truth, world.camera), False
+                view, stale = look(), False
+            seen = view.in_view
             # What was pushed meanwhile may be out of view, and may have cost what was meant for this one.
             (move,) = budget.fitted([asked])
             if seen[move.index] and (np.any(move.displacement) or move.turn):

@@ -79,7 +79,7 @@ class StartingLayouts:
                 tries = (self._anywhere if hard else self._strewn)(turns, drawn[:, :few])
                 position, yaw, placed = layout.position.copy(), layout.yaw.copy(), layout.fixed.copy()
                 if place_in_turn(turns, tries, position, yaw, size, placed, clear, GAP_M, apart):
-                    return layout.with_poses(position, yaw)
+                    return layout.placed(position, yaw)
         return layout
 
     def _strewn(self, turns: IntArray, drawn: FloatArray) -> FloatArray:

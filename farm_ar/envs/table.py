@@ -8,10 +8,11 @@ from functools import cached_property
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
+from farm_ar.game_logic import sight
 from farm_ar.geometry import bearing
 from farm_ar.reid import dimension_cost, rotation_cost, solve_assignment, total_cost, translation_cost
 from farm_ar.reid.margins import margins
-from farm_ar.scenes import Camera, Layout, Scene, visible
+from farm_ar.scenes import Camera, Layout, Scene
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +43,7 @@ class TableView:
     @cached_property
     def in_view(self) -> BoolArray:
         """(M,) objects that the camera sees, in the layout's order."""
-        return visible(self.truth, self.camera)
+        return sight.seen_by(self.camera, self.truth)[0]
 
     @cached_property
     def costs(self) -> FloatArray:

@@ -11,7 +11,6 @@ from farm_ar.arrays import BoolArray, FloatArray, IntArray, read_only
 from farm_ar.errors import OptionError
 from farm_ar.game_logic import kernels
 from farm_ar.game_logic.paths import clear_curve, door, running_curve, target
-from farm_ar.geometry import move_end
 
 __all__ = ["Arrivals", "Flock", "clear_curve", "door", "running_curve", "target"]
 
@@ -144,13 +143,8 @@ class Flock:
             raise ValueError(
                 f"goal_end and changed must be (M, 2) and (M,), got {goal_end.shape}, {changed.shape}"
             )
-        goal = self.goal
-        turned = changed[goal]
-        if turned.any():
-            slots, now = self._live[turned], self.clock[kernels.NOW]
-            rest = move_end(self._rest(slots), goal_end[goal[turned]])
-            self._animal[slots, kernels.ZERO] = np.maximum(self._animal[slots, kernels.ZERO], now)
-            self._set_curves(slots, rest)
+        if kernels.redirect(*self.arrays, np.array(goal_end, order="C"), np.array(changed)):
+            self.box = None
 
     def play(
         self, seconds: float, position: FloatArray, yaw: FloatArray, size: FloatArray, obstacles: BoolArray

@@ -603,6 +603,49 @@ def foresee(order: IntArray, animal: FloatArray, clock: FloatArray, box: FloatAr
 
 
 @compiled
+def redirect(
+    order: IntArray, animal: FloatArray, clock: FloatArray, goal_end: FloatArray, changed: BoolArray
+) -> bool:
+    """Split off the rest of the curves that lead to labels now believed elsewhere, and move their ends.
+
+    The last two control points are moved together, as `geometry.move_end` does.
+
+    Args:
+        order: (C,) as in `foresee`.
+        animal: (C, ANIMAL) likewise; the curves are changed.
+        clock: (CLOCKS,) likewise.
+        goal_end: (M, 2) where the curves to each label are to end, metres.
+        changed: (M,) labels for which that has changed.
+
+    Returns:
+        Whether there were any.
+
+    Raises:
+        IndexError: an animal's label is not among them; nothing has changed then.
+    """
+    for i in range(int(clock[RUNNERS])):
+        if animal[order[i], GOAL] >= len(changed):
+            raise IndexError("an animal wants to get to a label that is not among those given")
+    turned, curve, rest = False, np.empty((1, 4, 2)), np.empty((1, 4, 2))
+    along, parameter = np.empty(1), np.empty(1)
+    for i in range(int(clock[RUNNERS])):
+        slot = order[i]
+        goal = int(animal[slot, GOAL])
+        if changed[goal]:
+            turned = True
+            curve[0] = animal[slot, CURVE:].reshape(4, 2)
+            along[0] = max(clock[PACE] * (clock[NOW] - animal[slot, ZERO]), 0.0)
+            locate(curve, along, parameter)
+            cut(curve, parameter, rest)
+            for axis in range(2):
+                rest[0, 2, axis] += goal_end[goal, axis] - rest[0, 3, axis]
+                rest[0, 3, axis] = goal_end[goal, axis]
+            animal[slot, CURVE:] = rest.reshape(8)
+            animal[slot, ZERO] = max(animal[slot, ZERO], clock[NOW])
+    return turned
+
+
+@compiled
 def lanes_end(lane: FloatArray, box: FloatArray) -> None:
     """Fill in where those who take lanes (n, L, LANE) arrive, and after how many metres."""
     for k in range(lane.shape[0]):

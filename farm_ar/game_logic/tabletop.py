@@ -93,8 +93,7 @@ class Tabletop:
         """Everything where it stands now, yaws in [-pi, pi)."""
         position, yaw = self.poses()
         if self._layout.yaw is not yaw:
-            self._layout = self._layout.with_poses(position, yaw)
-            self._poses = (self._layout.position, self._layout.yaw)
+            self._layout = self._layout.placed(position, yaw)
         return self._layout
 
     @property

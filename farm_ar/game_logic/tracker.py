@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -66,7 +66,7 @@ class Tracker:
     def look(self, truth: Layout, camera: Camera, rng: np.random.Generator) -> Sighting:
         """Take a snapshot, identify what is in it, and believe the answer."""
         perceived = self._perception.perceive(truth, camera, rng)
-        believed_scene = replace(self.scene, layout=self.belief.layout)
+        believed_scene = self.scene.knowing(self.belief.layout)
         answer = self._make_reid(believed_scene).identify(perceived.snapshot)
         changed = self.belief.read(answer.labels, perceived.snapshot.detections, perceived.source)
         names = [None if i < 0 else truth.labels[i] for i in perceived.source]
