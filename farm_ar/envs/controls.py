@@ -146,7 +146,7 @@ class HandControl:
 
     def act(self, action: Any, look: Look, world: World, budget: Budget) -> Outcome:
         """Steer for a tenth of a second. The hand stops before the budget is exceeded, and is then raised."""
-        x, z, twist, closed = action.tolist()
+        x, z, twist, closed = action
         if not (-1.0 <= x <= 1.0 and -1.0 <= z <= 1.0 and -1.0 <= twist <= 1.0):
             x, z, twist = _clipped(x), _clipped(z), _clipped(twist)
         game, ticks = _game(world), self._left

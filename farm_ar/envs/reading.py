@@ -80,7 +80,8 @@ class Reading:
         self._where[:, ELEVATION] = layout.elevation
         self._known = np.full((len(layout), COSTS + self._widest), np.nan)
         self._met = np.zeros((len(layout), RIVALS + self._widest), dtype=np.int64)
-        self._of: tuple[object, ...] = ()
+        self._world: World | None = None
+        self._changes = -1.0
         self._believed: Layout | None = None
         self._camera: Camera | None = None
         self._eye = np.zeros(sight.LOOKS)
@@ -94,12 +95,17 @@ class Reading:
         ]
         rivals = [kind + [-1] * (self._widest - len(kind)) for kind in same]
         self._met[:] = [[i, code[i], fixed[i], *rivals[code[i]]] for i in numbers]
-        self._known[:], self._of = np.nan, ()
+        self._known[:], self._world = np.nan, None
 
     def read(self, world: World) -> None:
         """Bring `numbers` and `summary` up to date."""
         camera, believed, changes = world.camera, world.tracker.belief.layout, world.changes
-        if self._of == (world, camera, believed, changes):
+        if (
+            changes == self._changes
+            and believed is self._believed
+            and camera is self._camera
+            and world is self._world
+        ):
             return
         if believed is not self._believed:
             self._where[:, BELIEVED_X : BELIEVED_Z + 1] = believed.position
@@ -117,7 +123,7 @@ class Reading:
             self.numbers,
             self.summary,
         )
-        self._of = (world, camera, believed, changes)
+        self._world, self._changes = world, changes
 
 
 @compiled

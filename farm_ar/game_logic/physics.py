@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import weakref
+
 import numpy as np
-from pymunk._chipmunk_cffi import ffi
 
 from farm_ar.arrays import BoolArray, FloatArray
 from farm_ar.game_logic import plane_kernels as kernels
@@ -51,6 +52,5 @@ class Plane:
         self.box[:, kernels.OLD_X : kernels.OLD_ANGLE + 1] = self.box[:, : kernels.BOX_ANGLE + 1]
         shape: Addresses = np.zeros(n + parts.EDGES + 1, dtype=np.int64)
         parts.make_parts(self.handle, shape, parts.edge_corners(extent), self.box)
-        # Freed with it.
-        handle, space = self.handle, ffi.cast("cpSpace *", int(self.handle[kernels.SPACE]))
-        self._space = ffi.gc(space, lambda _: parts.free_parts(handle, shape))
+        # Freed with it; not when Python ends, which may have taken the kernel away by then.
+        weakref.finalize(self, parts.free_parts, self.handle, shape).atexit = False
