@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from farm_ar.arrays import FloatArray, IntArray
+from farm_ar.envs.meeting import FIXED, KIND, OBJECT, RIVALS, introduce
 from farm_ar.game_logic import sight
 from farm_ar.game_logic.compiling import compiled
 from farm_ar.reid import dimension_cost
@@ -24,10 +25,6 @@ MARGIN_SCALE = 0.3
 
 NO_RIVAL = 2.0
 """In place of a cost, where a kind has fewer objects than the largest one."""
-
-OBJECT, KIND, FIXED, RIVALS = range(4)
-"""Columns of the objects as they are met: their number, their kind, whether they never move; from there on
-those of their kind, -1 for none."""
 
 X, Z, ANGLE = range(3)
 """Columns of where objects are."""
@@ -88,13 +85,7 @@ class Reading:
 
     def meet(self, layout: Layout, order: IntArray) -> None:
         """From now on the objects are met in another order, (M,)."""
-        code, fixed = layout.category_code.tolist(), layout.fixed.tolist()
-        numbers = order.tolist()
-        same: list[list[int]] = [
-            [i for i in numbers if code[i] == kind] for kind in range(len(layout.categories))
-        ]
-        rivals = [kind + [-1] * (self._widest - len(kind)) for kind in same]
-        self._met[:] = [[i, code[i], fixed[i], *rivals[code[i]]] for i in numbers]
+        introduce(order, layout.category_code, layout.fixed, self._met)
         self._known[:], self._world = np.nan, None
 
     def read(self, world: World) -> None:

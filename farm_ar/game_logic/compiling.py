@@ -18,6 +18,7 @@ _KERNELS = (
     "game_logic/plane_parts.py",
     "game_logic/sight.py",
     "game_logic/steering.py",
+    "envs/meeting.py",
     "envs/reading.py",
     "reid/kernels.py",
     "reid/margins.py",

@@ -65,12 +65,21 @@ def speed(p: Polynomial, t: float) -> float:
 
 
 @compiled
-def stretch(p: Polynomial, begin: float, end: float) -> float:
-    """Length of a curve between two parameters by one quadrature, metres."""
+def stretch(p: Polynomial, begin: float, end: float, part: FloatArray) -> float:
+    """Length of a curve between two parameters by one quadrature, metres.
+
+    Args:
+        p: the curve.
+        begin: parameter.
+        end: parameter.
+        part: (8,) to work in: what is added up is computed first, so that a processor does several at once.
+    """
+    # As many times as there is room: of a loop whose end is known beforehand, Numba takes one at a time.
+    for k in range(len(part)):
+        part[k] = speed(p, begin + (end - begin) * _NODES[k])
     total = 0.0
     for k in range(len(_NODES)):
-        t = begin + (end - begin) * _NODES[k]
-        total += _WEIGHTS[k] * speed(p, t)
+        total += _WEIGHTS[k] * part[k]
     return (end - begin) * total
 
 
@@ -97,7 +106,7 @@ def measure_one(curve: FloatArray, knot: FloatArray, travelled: FloatArray) -> N
         knot: (KNOTS,) filled with parameters rising from 0 to 1, then 1 to the end.
         travelled: (KNOTS,) filled with the length up to each, metres.
     """
-    ends = np.empty(KNOTS)
+    ends, part = np.empty(KNOTS), np.empty(len(_NODES))
     p = polynomial(curve)
     around = 0.0
     for i in range(3):
@@ -119,8 +128,8 @@ def measure_one(curve: FloatArray, knot: FloatArray, travelled: FloatArray) -> N
     while waiting > 0:
         end = ends[waiting - 1]
         middle = (begin + end) / 2
-        step = stretch(p, begin, end)
-        error = abs(step - stretch(p, begin, middle) - stretch(p, middle, end))
+        step = stretch(p, begin, end, part)
+        error = abs(step - stretch(p, begin, middle, part) - stretch(p, middle, end, part))
         if error > _TOLERANCE * around and used + waiting < KNOTS:
             ends[waiting] = middle
             waiting += 1
@@ -175,7 +184,7 @@ def last_below(values: FloatArray, value: float) -> int:
 def length_at(p: Polynomial, knot: FloatArray, travelled: FloatArray, t: float) -> float:
     """Length of a curve up to a parameter, by its table (KNOTS,), metres."""
     i = last_below(knot, t)
-    length: float = travelled[i] + stretch(p, knot[i], t)
+    length: float = travelled[i] + stretch(p, knot[i], t, np.empty(len(_NODES)))
     return length
 
 
@@ -194,13 +203,14 @@ def parameter_at(p: Polynomial, knot: FloatArray, travelled: FloatArray, length:
     wanted = length - travelled[i]
     if wanted <= 0:
         return low
-    part = wanted / (travelled[i + 1] - travelled[i])
+    share = wanted / (travelled[i + 1] - travelled[i])
     slow, fast = speed(p, low), speed(p, high)
     lean = (fast - slow) / (fast + slow) if fast + slow > 0 else 0.0
-    root: float = np.sqrt(max((1 - lean) ** 2 + 4 * lean * part, 0.0))
-    t: float = low + (high - low) * 2 * part / (1 - lean + root)
+    root: float = np.sqrt(max((1 - lean) ** 2 + 4 * lean * share, 0.0))
+    t: float = low + (high - low) * 2 * share / (1 - lean + root)
+    part = np.empty(len(_NODES))
     while True:
-        excess = stretch(p, knot[i], t) - wanted
+        excess = stretch(p, knot[i], t, part) - wanted
         if excess > 0:
             high = t
         else:
