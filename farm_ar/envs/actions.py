@@ -150,8 +150,7 @@ def checked_action(action: Any, space: spaces.Space[Any]) -> list[Any]:
     except (TypeError, ValueError):
         right = False
     if right and isinstance(space, spaces.MultiDiscrete):
-        whole = np.issubdtype(values.dtype, np.integer)
-        right = whole and bool(np.all((values >= 0) & (values < space.nvec)))
+        right = values.dtype.kind in "iu" and bool(((values >= 0) & (values < space.nvec)).all())
     if not right:
         raise InvalidAction(f"action: must be in {space}, got {action!r}")
     listed: list[Any] = values.tolist()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray
@@ -14,6 +16,12 @@ LANES = 4
 
 PATH_SPREAD_M = 0.03
 """How far to the side of one another animals of one colour run, standard deviation."""
+
+
+@lru_cache(maxsize=16)
+def _room(table: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
+    """How far curves may bow out on a table of that size, and the size; not to be written to."""
+    return bows(table), np.array(table, dtype=np.float64)
 
 
 class Lanes:
@@ -46,8 +54,7 @@ class Lanes:
             believed.size.copy(),
             believed.movable.copy(),
             SHAPE,
-            bows(table),
-            np.array(table, dtype=np.float64),
+            *_room(table),
         )
 
     def look_ahead(self, box: FloatArray) -> None:

@@ -25,6 +25,7 @@ class Plane:
         angle: (N,) their angles, radians.
         size: (N, 3) width, height and depth, metres.
         fixed: (N,) boxes that nothing moves.
+        height: (N,) how high their pivots are, metres.
         extent: width and depth of the plane [0, width] x [0, depth], metres.
 
     Attributes:
@@ -39,6 +40,7 @@ class Plane:
         angle: FloatArray,
         size: FloatArray,
         fixed: BoolArray,
+        height: FloatArray,
         extent: tuple[float, float],
     ) -> None:
         n = len(angle)
@@ -46,10 +48,7 @@ class Plane:
         self.state, self.box = np.zeros(kernels.STATES), np.zeros((n, kernels.COLUMNS))
         self.state[kernels.WIDTH], self.state[kernels.DEPTH] = extent
         self.state[kernels.GRIPPED] = -1.0
-        self.box[:, kernels.BOX_X : kernels.BOX_Z + 1], self.box[:, kernels.BOX_ANGLE] = position, angle
-        self.box[:, kernels.HALF_WIDTH], self.box[:, kernels.HALF_DEPTH] = size[:, 0] / 2, size[:, 2] / 2
-        self.box[:, kernels.MOVABLE] = ~fixed
-        self.box[:, kernels.OLD_X : kernels.OLD_ANGLE + 1] = self.box[:, : kernels.BOX_ANGLE + 1]
+        parts.set_out(self.box, position, angle, size, fixed, height)
         shape: Addresses = np.zeros(n + parts.EDGES + 1, dtype=np.int64)
         parts.make_parts(self.handle, shape, parts.edge_corners(extent), self.box)
         # Freed with it; not when Python ends, which may have taken the kernel away by then.

@@ -6,9 +6,11 @@ pixels, and in metres its slop alone would let buildings stand 10 cm inside each
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
-from farm_ar.arrays import FloatArray
+from farm_ar.arrays import BoolArray, FloatArray
 from farm_ar.game_logic import chipmunk
 from farm_ar.game_logic import plane_kernels as plane
 from farm_ar.game_logic.plane_kernels import Addresses
@@ -40,6 +42,20 @@ _BIAS = 0.7**60  # 30% of an overlap is undone in each tick
 # What has moved by less than so many metres a second for so many seconds is left out of the steps until
 # something touches it. By then half a percent is left of an overlap, whose undoing does not count as speed.
 _SLEEP_S, _SLEEP_SPEED = 0.25, 3e-3
+
+
+@chipmunk.compiled
+def set_out(
+    box: FloatArray, position: FloatArray, angle: FloatArray, size: FloatArray, fixed: BoolArray, height: FloatArray
+) -> None:
+    """Fill in the (N, `COLUMNS`) boxes of a plane, as `Plane` is given them."""
+    for i in range(len(box)):
+        x, z = position[i, 0], position[i, 1]
+        box[i, plane.BOX_X], box[i, plane.BOX_Z], box[i, plane.BOX_ANGLE] = x, z, angle[i]
+        box[i, plane.OLD_X], box[i, plane.OLD_Z], box[i, plane.OLD_ANGLE] = x, z, angle[i]
+        box[i, plane.HALF_WIDTH], box[i, plane.HALF_DEPTH] = size[i, 0] / 2, size[i, 2] / 2
+        box[i, plane.MOVABLE] = 0.0 if fixed[i] else 1.0
+        box[i, plane.ELEVATION] = height[i]
 
 
 @chipmunk.compiled
@@ -109,8 +125,9 @@ def free_parts(handle: Addresses, shape: Addresses) -> None:
         chipmunk.free_body(handle[i])
 
 
+@lru_cache(maxsize=16)
 def edge_corners(extent: tuple[float, float]) -> FloatArray:
-    """(`EDGES`, 4, 2) corners of the edges of a plane [0, width] x [0, depth], metres."""
+    """(`EDGES`, 4, 2) corners of the edges of a plane [0, width] x [0, depth], metres; not to be written to."""
     left, right = -_EDGE_WIDTH, extent[0] + _EDGE_WIDTH
     near, far = -_EDGE_WIDTH, extent[1] + _EDGE_WIDTH
     sides = (left, near, 0.0, far), (extent[0], near, right, far)

@@ -77,8 +77,8 @@ class Tabletop:
         self._layout, yaw = layout, wrap(layout.yaw)
         yaw.flags.writeable = False
         self._poses = (layout.position, yaw)
-        self._plane = Plane(*to_pymunk(*self._poses), layout.size, layout.fixed, self.size)
-        self._plane.box[:, kernels.ELEVATION] = layout.elevation
+        place, angle = to_pymunk(*self._poses)
+        self._plane = Plane(place, angle, layout.size, layout.fixed, layout.elevation, self.size)
         self.arrays = (self._plane.handle, self._plane.state, self._plane.box)
         self._read = 0.0
         self._moving = np.flatnonzero(layout.movable)

@@ -17,9 +17,12 @@ ReidFactory = Callable[[Scene], Reidentifier]
 """Makes the re-identifier for a scene, whose layout is what was last believed."""
 
 
+BY_CATEGORY = SpatialOptions(gate_categories=True)
+
+
 def spatial_by_category(scene: Scene) -> SpatialReid:
     """The paper's rule as its game uses it: every site considered, categories apart (section 4.3.1)."""
-    return SpatialReid(scene, SpatialOptions(gate_categories=True))
+    return SpatialReid(scene, BY_CATEGORY)
 
 
 @dataclass(frozen=True, eq=False)
