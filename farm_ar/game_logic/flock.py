@@ -171,13 +171,14 @@ class Flock:
         if not 0 <= seconds < np.inf:
             raise ValueError(f"seconds must be finite and not negative, got {seconds}")
         self.look_ahead(position, yaw, size, obstacles)
-        live, begin = len(self), self.clock[kernels.NOW]
-        goal, into, due = np.empty(live, np.int64), np.empty(live, np.int64), np.empty(live)
-        arrived = kernels.take_in(self._order, self._animal, self.clock, begin + seconds, goal, into, due)
+        begin = self.clock[kernels.NOW]
+        arrived = kernels.take_in(*self.arrays, begin + seconds)
         if not arrived:
             return _NOBODY
-        first = np.argsort(due[:arrived], kind="stable")
-        return Arrivals(goal[first], into[first], due[first] - begin)
+        home = self._animal[self._order[len(self) : len(self) + arrived]]
+        home = home[np.argsort(home[:, kernels.DUE], kind="stable")]
+        into, due = home[:, kernels.INTO], home[:, kernels.DUE]
+        return Arrivals(home[:, kernels.GOAL].astype(np.int64), into.astype(np.int64), due - begin)
 
     def look_ahead(
         self, position: FloatArray, yaw: FloatArray, size: FloatArray, obstacles: BoolArray

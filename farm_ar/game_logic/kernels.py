@@ -665,47 +665,36 @@ def lanes_end(lane: FloatArray, box: FloatArray) -> None:
 
 
 @compiled
-def take_in(
-    order: IntArray,
-    animal: FloatArray,
-    clock: FloatArray,
-    end: float,
-    goal: IntArray,
-    into: IntArray,
-    due: FloatArray,
-) -> int:
+def take_in(order: IntArray, animal: FloatArray, clock: FloatArray, end: float) -> int:
     """Take those off the table who arrive by the time `end`, and set the clock to it.
 
     Args:
-        order: (C,) as in `foresee`; brought up to date.
+        order: (C,) as in `foresee`; brought up to date. The slots of those who arrived come next after those
+            of the ones still on their way, in the order of the flock.
         animal: (C, ANIMAL) likewise.
         clock: (CLOCKS,) likewise.
         end: seconds.
-        goal: (C,) filled from the front with the label that each wanted to get to.
-        into: (C,) filled with the building, or NOWHERE.
-        due: (C,) filled with the time.
 
     Returns:
-        How many, in the order of the flock.
+        How many.
     """
     clock[NOW] = end
     if clock[NEXT] > end:
         return 0
-    live, kept, gone = int(clock[RUNNERS]), 0, 0
+    live, kept, gone, following = int(clock[RUNNERS]), 0, 0, np.inf
     freed = np.empty(live, dtype=np.int64)
-    clock[NEXT] = np.inf
     for i in range(live):
         slot = order[i]
-        if animal[slot, DUE] <= end:
-            goal[gone], into[gone], due[gone] = animal[slot, GOAL], animal[slot, INTO], animal[slot, DUE]
+        due = animal[slot, DUE]
+        if due <= end:
             freed[gone] = slot
             gone += 1
         else:
             order[kept] = slot
             kept += 1
-            clock[NEXT] = min(clock[NEXT], animal[slot, DUE])
+            following = min(following, due)
     order[kept:live] = freed[:gone]
-    clock[RUNNERS] = kept
+    clock[RUNNERS], clock[NEXT] = kept, following
     return gone
 
 
@@ -755,16 +744,16 @@ def run(
     if clock[NEXT] > end:
         clock[NOW] = end
         return True
-    room = len(order)
-    goal, into, due = np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64), np.empty(room)
-    for i in range(take_in(order, animal, clock, end, goal, into, due)):
-        label = goal[i]
-        if into[i] == NOWHERE:
+    arrived = take_in(order, animal, clock, end)
+    first = int(clock[RUNNERS])
+    for i in range(first, first + arrived):
+        label, into = int(animal[order[i], GOAL]), int(animal[order[i], INTO])
+        if into == NOWHERE:
             counts[2, label] += 1
             clock[ASTRAY] += 1
         else:
             counts[0, label] += 1
-            if into[i] != label:
+            if into != label:
                 counts[1, label] += 1
                 clock[ASTRAY] += 1
     return True
