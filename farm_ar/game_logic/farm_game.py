@@ -49,7 +49,7 @@ class Phase(Enum):
 
 UNMOVED = Motion()
 
-Running = tuple[IntArray, FloatArray, FloatArray, FloatArray, IntArray]
+Running = tuple[FloatArray, FloatArray, FloatArray, FloatArray, IntArray]
 """What `kernels.run` works on: the flock's arrays, the lanes, the counters."""
 
 
@@ -302,7 +302,7 @@ class FarmGame:
         handle, state, box = self._steered
         while passed < ticks and not over:
             if self._by_geometry:
-                order, animal, clock, lane, counts = self._running
+                queue, animal, clock, lane, counts = self._running
                 done, over, pending, way, turn = steering.steer(
                     handle,
                     state,
@@ -310,7 +310,7 @@ class FarmGame:
                     self._eye,
                     self._way,
                     self._phase,
-                    order,
+                    queue,
                     animal,
                     clock,
                     lane,
@@ -362,8 +362,8 @@ class FarmGame:
             self._look_ahead()
         end = self.flock.clock[kernels.NOW] + seconds
         while True:
-            order, animal, clock, lane, counts = self._running
-            if kernels.run(order, animal, clock, lane, counts, end):
+            queue, animal, clock, lane, counts = self._running
+            if kernels.run(queue, animal, clock, lane, counts, end):
                 return
             self._make_room(1)
 

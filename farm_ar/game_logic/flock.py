@@ -55,7 +55,7 @@ class Flock:
         self.speed = float(speed)
         self.clock = np.zeros(kernels.CLOCKS)
         self.clock[kernels.PACE], self.clock[kernels.NEXT] = self.speed, np.inf
-        self._order = np.empty(0, dtype=np.int64)
+        self._queue = np.empty((0, kernels.TURN))
         self._animal = np.empty((0, kernels.ANIMAL))
         self.box: FloatArray | None = None
 
@@ -63,9 +63,9 @@ class Flock:
         return int(self.clock[kernels.RUNNERS])
 
     @property
-    def arrays(self) -> tuple[IntArray, FloatArray, FloatArray]:
-        """Order, animals and clock, for compiled kernels."""
-        return self._order, self._animal, self.clock
+    def arrays(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Queue, animals and clock, for compiled kernels."""
+        return self._queue, self._animal, self.clock
 
     @property
     def goal(self) -> IntArray:
@@ -110,18 +110,20 @@ class Flock:
             raise ValueError("curve and delay must be finite")
         live, more = len(self), len(goals)
         self.make_room(more)
-        slots = self._order[live : live + more]
+        slots = self._slots(live, live + more)
         self._animal[slots, kernels.GOAL], self._animal[slots, kernels.ZERO] = goals, begin
         self.clock[kernels.RUNNERS] = live + more
         self._set_curves(slots, curves)
 
     def make_room(self, more: int) -> None:
         """Have room for so many animals more."""
-        held, needed = len(self._order), len(self) + more
+        held, needed = len(self._queue), len(self) + more
         if needed <= held:
             return
         room = max(needed, 2 * held, 64) - held
-        self._order = np.concatenate([self._order, np.arange(held, held + room)])
+        free = np.zeros((room, kernels.TURN))
+        free[:, kernels.SLOT] = np.arange(held, held + room)
+        self._queue = np.concatenate([self._queue, free])
         self._animal = np.concatenate([self._animal, np.zeros((room, kernels.ANIMAL))])
 
     def redirect(self, goal_end: FloatArray, changed: BoolArray) -> None:
@@ -172,13 +174,14 @@ class Flock:
             raise ValueError(f"seconds must be finite and not negative, got {seconds}")
         self.look_ahead(position, yaw, size, obstacles)
         begin = self.clock[kernels.NOW]
-        arrived = kernels.take_in(*self.arrays, begin + seconds)
+        arrived = kernels.take_in(self._queue, self.clock, begin + seconds)
         if not arrived:
             return _NOBODY
-        home = self._animal[self._order[len(self) : len(self) + arrived]]
-        home = home[np.argsort(home[:, kernels.DUE], kind="stable")]
-        into, due = home[:, kernels.INTO], home[:, kernels.DUE]
-        return Arrivals(home[:, kernels.GOAL].astype(np.int64), into.astype(np.int64), due - begin)
+        live = len(self)
+        due = self._queue[live : live + arrived, kernels.DUE]
+        first = np.argsort(due, kind="stable")
+        home = self._animal[self._slots(live, live + arrived)[first], : kernels.ZERO].astype(np.int64)
+        return Arrivals(home[:, kernels.GOAL], home[:, kernels.INTO], due[first] - begin)
 
     def look_ahead(
         self, position: FloatArray, yaw: FloatArray, size: FloatArray, obstacles: BoolArray
@@ -207,7 +210,12 @@ class Flock:
     @property
     def _live(self) -> IntArray:
         """(A,) slots of those on their way, in the order in which they were added."""
-        return self._order[: len(self)]
+        return self._slots(0, len(self))
+
+    def _slots(self, begin: int, end: int) -> IntArray:
+        """Slots of a part of the queue."""
+        slots: IntArray = self._queue[begin:end, kernels.SLOT].astype(np.int64)
+        return slots
 
     def _along(self, slots: IntArray) -> FloatArray:
         """(C,) how far they have run, metres; 0 for those that wait."""

@@ -20,10 +20,13 @@ KNOTS = 64
 RUNNING, NOWHERE = -2, -1
 """In place of a building: still on the way; come to the end of the curve inside nothing."""
 
-GOAL, INTO, ZERO, DUE, CURVE, ANIMAL = 0, 1, 2, 3, 4, 12
+SLOT, DUE, TURN = range(3)
+"""Columns of a queue of animals: the row of what is known of one; when it arrives, seconds, kept here because
+all are asked for that again and again; how many columns there are."""
+
+GOAL, INTO, ZERO, CURVE, ANIMAL = 0, 1, 2, 3, 11
 """Columns of what is known of an animal: the label that it wants to get to; the building in which it will
-arrive; when it is, or was, at the start of its curve, and when it arrives, seconds; the curve; how many
-columns there are."""
+arrive; when it is, or was, at the start of its curve, seconds; the curve; how many columns there are."""
 
 NOW, PACE, RUNNERS, NEXT, PERIOD, SENT, ASTRAY, CLOCKS = range(8)
 """Places in a flock's clock: the time, seconds; metres a second; how many are on their way; when the next
@@ -591,37 +594,38 @@ def arrival(curve: FloatArray, along: float, box: FloatArray) -> tuple[int, floa
 
 
 @compiled
-def foresee(order: IntArray, animal: FloatArray, clock: FloatArray, box: FloatArray) -> None:
+def foresee(queue: FloatArray, animal: FloatArray, clock: FloatArray, box: FloatArray) -> None:
     """Find out when and where animals arrive if everything stays as it stands.
 
     Args:
-        order: (C,) slots of those on their way in the order in which they were added, then of nobody.
-        animal: (C, ANIMAL) what is known of each, by slot; `DUE` and `INTO` are filled in.
+        queue: (C, TURN) those on their way in the order in which they were added, then nobody; `DUE` is
+            filled in.
+        animal: (C, ANIMAL) what is known of each, by slot; `INTO` is filled in.
         clock: (CLOCKS,) the flock's clock; `NEXT` is brought up to date.
         box: (N, 8) footprints from `boxes`.
     """
     now, pace = clock[NOW], clock[PACE]
     clock[NEXT] = np.inf
     for i in range(int(clock[RUNNERS])):
-        slot = order[i]
+        slot = int(queue[i, SLOT])
         curve = animal[slot, CURVE:].reshape(4, 2)
         along = pace * (now - animal[slot, ZERO])
         into, reached = arrival(curve, along, box)
         animal[slot, INTO] = into
-        animal[slot, DUE] = max(animal[slot, ZERO] + reached / pace, now)
-        clock[NEXT] = min(clock[NEXT], animal[slot, DUE])
+        queue[i, DUE] = max(animal[slot, ZERO] + reached / pace, now)
+        clock[NEXT] = min(clock[NEXT], queue[i, DUE])
 
 
 @compiled
 def redirect(
-    order: IntArray, animal: FloatArray, clock: FloatArray, goal_end: FloatArray, changed: BoolArray
+    queue: FloatArray, animal: FloatArray, clock: FloatArray, goal_end: FloatArray, changed: BoolArray
 ) -> bool:
     """Split off the rest of the curves that lead to labels now believed elsewhere, and move their ends.
 
     The last two control points are moved together, as `geometry.move_end` does.
 
     Args:
-        order: (C,) as in `foresee`.
+        queue: (C, TURN) as in `foresee`.
         animal: (C, ANIMAL) likewise; the curves are changed.
         clock: (CLOCKS,) likewise.
         goal_end: (M, 2) where the curves to each label are to end, metres.
@@ -634,12 +638,12 @@ def redirect(
         IndexError: an animal's label is not among them; nothing has changed then.
     """
     for i in range(int(clock[RUNNERS])):
-        if animal[order[i], GOAL] >= len(changed):
+        if animal[int(queue[i, SLOT]), GOAL] >= len(changed):
             raise IndexError("an animal wants to get to a label that is not among those given")
     turned, curve, rest = False, np.empty((1, 4, 2)), np.empty((1, 4, 2))
     along, parameter = np.empty(1), np.empty(1)
     for i in range(int(clock[RUNNERS])):
-        slot = order[i]
+        slot = int(queue[i, SLOT])
         goal = int(animal[slot, GOAL])
         if changed[goal]:
             turned = True
@@ -665,13 +669,12 @@ def lanes_end(lane: FloatArray, box: FloatArray) -> None:
 
 
 @compiled
-def take_in(order: IntArray, animal: FloatArray, clock: FloatArray, end: float) -> int:
+def take_in(queue: FloatArray, clock: FloatArray, end: float) -> int:
     """Take those off the table who arrive by the time `end`, and set the clock to it.
 
     Args:
-        order: (C,) as in `foresee`; brought up to date. The slots of those who arrived come next after those
-            of the ones still on their way, in the order of the flock.
-        animal: (C, ANIMAL) likewise.
+        queue: (C, TURN) as in `foresee`; brought up to date. Those who arrived come next after the ones still
+            on their way, in the order of the flock.
         clock: (CLOCKS,) likewise.
         end: seconds.
 
@@ -682,25 +685,28 @@ def take_in(order: IntArray, animal: FloatArray, clock: FloatArray, end: float) 
     if clock[NEXT] > end:
         return 0
     live, kept, gone, following = int(clock[RUNNERS]), 0, 0, np.inf
-    freed = np.empty(live, dtype=np.int64)
     for i in range(live):
-        slot = order[i]
-        due = animal[slot, DUE]
+        if queue[i, DUE] <= end:
+            gone += 1
+    arrived = np.empty((gone, TURN))
+    gone = 0
+    for i in range(live):
+        due = queue[i, DUE]
         if due <= end:
-            freed[gone] = slot
+            arrived[gone, SLOT], arrived[gone, DUE] = queue[i, SLOT], due
             gone += 1
         else:
-            order[kept] = slot
+            queue[kept, SLOT], queue[kept, DUE] = queue[i, SLOT], due
             kept += 1
             following = min(following, due)
-    order[kept:live] = freed[:gone]
+    queue[kept:live] = arrived
     clock[RUNNERS], clock[NEXT] = kept, following
     return gone
 
 
 @compiled
 def run(
-    order: IntArray,
+    queue: FloatArray,
     animal: FloatArray,
     clock: FloatArray,
     lane: FloatArray,
@@ -713,7 +719,7 @@ def run(
     of lanes.
 
     Args:
-        order: (C,) as in `foresee`; brought up to date.
+        queue: (C, TURN) as in `foresee`; brought up to date.
         animal: (C, ANIMAL) likewise.
         clock: (CLOCKS,) likewise.
         lane: (n, L, LANE) the lanes: label, building where it ends, length up to there, control points.
@@ -732,22 +738,23 @@ def run(
         if not leaves < end:
             break
         live = int(clock[RUNNERS])
-        if live == len(order):
+        if live == len(queue):
             return False
-        slot = order[live]
+        slot = int(queue[live, SLOT])
         own = lane[place, turn % lanes]
         animal[slot, GOAL], animal[slot, INTO] = own[0], own[1]
-        animal[slot, ZERO], animal[slot, DUE] = leaves, leaves + own[2] / clock[PACE]
+        animal[slot, ZERO], queue[live, DUE] = leaves, leaves + own[2] / clock[PACE]
         animal[slot, CURVE:] = own[3:]
-        clock[NEXT] = min(clock[NEXT], animal[slot, DUE])
+        clock[NEXT] = min(clock[NEXT], queue[live, DUE])
         clock[RUNNERS], clock[SENT] = live + 1, sent + 1
     if clock[NEXT] > end:
         clock[NOW] = end
         return True
-    arrived = take_in(order, animal, clock, end)
+    arrived = take_in(queue, clock, end)
     first = int(clock[RUNNERS])
     for i in range(first, first + arrived):
-        label, into = int(animal[order[i], GOAL]), int(animal[order[i], INTO])
+        slot = int(queue[i, SLOT])
+        label, into = int(animal[slot, GOAL]), int(animal[slot, INTO])
         if into == NOWHERE:
             counts[2, label] += 1
             clock[ASTRAY] += 1

@@ -142,7 +142,7 @@ def steer(
     eye: FloatArray,
     way: FloatArray,
     phase: FloatArray,
-    order: IntArray,
+    queue: FloatArray,
     animal: FloatArray,
     clock: FloatArray,
     lane: FloatArray,
@@ -163,7 +163,7 @@ def steer(
         eye: the headset's camera.
         way: its limits are the budget; `BRAKING` while the hand stops, `WAY_DONE` once the budget is spent.
         phase: of the game.
-        order: of the flock.
+        queue: of the flock.
         animal: of the flock.
         clock: of the flock.
         lane: of the game's lanes.
@@ -199,7 +199,7 @@ def steer(
     pending, phase[PENDING] = phase[PENDING], 0.0
     end = clock[kernels.NOW] + pending * plane.TICK
     known = pending > 0 and phase[KNOWN] == state[plane.CHANGES]
-    if known and kernels.run(order, animal, clock, lane, counts, end):
+    if known and kernels.run(queue, animal, clock, lane, counts, end):
         pending = 0.0
     tell(handle, state, phase, told)
     return done, over, pending, state[plane.METRES] - metres, state[plane.RADIANS] - radians
