@@ -183,7 +183,8 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         given, before = locals(), set(vars(self))
         self._options = EnvOptions(**{f.name: given[f.name] for f in fields(EnvOptions)})
         if render_mode not in (None, *self.metadata["render_modes"]):
-            raise OptionError("render_mode", "must be rgb_array or None", render_mode)
+            expected = "must be rgb_array, through gym.make also rgb_array_list, or None; there is no window"
+            raise OptionError("render_mode", expected, render_mode)
         self.render_mode = render_mode
         self._scene = scene_of(scene, game)
         self._diagonal = self._scene.diagonal

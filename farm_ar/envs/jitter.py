@@ -90,6 +90,4 @@ class StartingLayouts:
             return poses_anywhere(turns, drawn, self._edge, self._room, YAW_LIMIT)
         home, (metres, radians) = self._scene.layout, SPREADS[self._jitter]
         spread = (metres * self._unit, float(radians))
-        return poses_nearby(
-            turns, drawn, home.position, home.yaw, self._edge, self._room, spread, YAW_LIMIT
-        )
+        return poses_nearby(turns, drawn, home.position, home.yaw, self._edge, self._room, spread, YAW_LIMIT)

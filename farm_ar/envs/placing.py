@@ -91,7 +91,9 @@ def poses_nearby(
     spread: tuple[float, float],
     limit: float,
 ) -> FloatArray:
-    """Poses near objects' own. A heading near 0 stays so: were any allowed, turning alone would fool the rule.
+    """Poses near objects' own.
+
+    A heading near 0 stays near it: were any allowed, turning alone would fool the rule.
 
     Args:
         turns: (K,) the objects.

@@ -409,7 +409,7 @@ def in_the_way(p: Polynomial, goal: int, own: FloatArray, box: FloatArray, likel
     least_z, most_z = hull(p[4], p[5], p[6], p[7], 0.0, 1.0)
     for k in range(-1, len(box)):
         i = likely if k < 0 else k
-        if i == goal or i == NOWHERE or (k >= 0 and i == likely):
+        if i in (goal, NOWHERE) or (k >= 0 and i == likely):
             continue
         x, z, reach_x, reach_z = box[i, 0], box[i, 1], box[i, 6], box[i, 7]
         if (

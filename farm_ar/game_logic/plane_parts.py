@@ -46,7 +46,12 @@ _SLEEP_S, _SLEEP_SPEED = 0.25, 3e-3
 
 @chipmunk.compiled
 def set_out(
-    box: FloatArray, position: FloatArray, angle: FloatArray, size: FloatArray, fixed: BoolArray, height: FloatArray
+    box: FloatArray,
+    position: FloatArray,
+    angle: FloatArray,
+    size: FloatArray,
+    fixed: BoolArray,
+    height: FloatArray,
 ) -> None:
     """Fill in the (N, `COLUMNS`) boxes of a plane, as `Plane` is given them."""
     for i in range(len(box)):
@@ -127,7 +132,7 @@ def free_parts(handle: Addresses, shape: Addresses) -> None:
 
 @lru_cache(maxsize=16)
 def edge_corners(extent: tuple[float, float]) -> FloatArray:
-    """(`EDGES`, 4, 2) corners of the edges of a plane [0, width] x [0, depth], metres; not to be written to."""
+    """(`EDGES`, 4, 2) corners of the edges of a plane [0, width] x [0, depth], metres; never write to it."""
     left, right = -_EDGE_WIDTH, extent[0] + _EDGE_WIDTH
     near, far = -_EDGE_WIDTH, extent[1] + _EDGE_WIDTH
     sides = (left, near, 0.0, far), (extent[0], near, right, far)

@@ -103,7 +103,7 @@ def look_over(
 @compiled
 def turned_to(eye: FloatArray, dx: float, dz: float) -> float:
     """Angle in [-pi, pi) from a camera's heading to a point so far from it, positive to the right."""
-    angle = atan2(dx, dz) - eye[YAW]
+    angle: float = atan2(dx, dz) - eye[YAW]
     while angle >= pi:
         angle -= 2 * pi
     while angle < -pi:

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numba.core.dispatcher import Dispatcher
 
-from farm_ar.envs import FarmToTableEnv, reading
-from farm_ar.game_logic import chipmunk, kernels, plane_kernels, sight, steering
+from farm_ar.envs import FarmToTableEnv, meeting, reading
+from farm_ar.game_logic import chipmunk, kernels, plane_kernels, plane_parts, sight, steering
 from farm_ar.game_logic.farm_game import FarmGame
 from farm_ar.game_logic.headset import field_of_view, look_at
 from farm_ar.game_logic.tabletop import Most, Tabletop
@@ -24,7 +24,7 @@ def both(play):
     """What `play` gives with compiled kernels, and in plain Python."""
     compiled = play()
     with pytest.MonkeyPatch.context() as patch:
-        for module in (kernels, plane_kernels, sight, steering, reading):
+        for module in (kernels, plane_kernels, plane_parts, sight, steering, meeting, reading):
             for name, kernel in vars(module).items():
                 if isinstance(kernel, Dispatcher):
                     patch.setattr(module, name, kernel.py_func)
@@ -98,7 +98,7 @@ def test_without_the_bridge_functions_stay_as_they_are_and_call_through_pymunk(m
 
 def test_functions_that_take_anything_else_are_refused():
     with pytest.raises(ImportError, match="which farm-ar does not know"):
-        chipmunk.foreign("cpSpaceSetIterations")
+        chipmunk.foreign("cpBoxShapeNew2")
 
 
 def test_a_hand_that_rests_goes_by_as_if_every_tick_of_it_were_played(monkeypatch):
