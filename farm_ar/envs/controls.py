@@ -17,7 +17,7 @@ from farm_ar.envs.worlds import World
 from farm_ar.game_logic.farm_game import UNMOVED, FarmGame
 from farm_ar.game_logic.hand import MAX_HAND_SPEED, MAX_TWIST
 from farm_ar.game_logic.motion import Motion
-from farm_ar.game_logic.plane_kernels import TICK
+from farm_ar.game_logic.plane import TICK
 from farm_ar.game_logic.tracker import Sighting
 
 STEPS_PER_SECOND = 10

@@ -12,12 +12,18 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 _PACKAGE = Path(__file__).parents[1]
 _KERNELS = (
+    "game_logic/arm.py",
     "game_logic/chipmunk.py",
+    "game_logic/guiding.py",
     "game_logic/kernels.py",
-    "game_logic/plane_kernels.py",
+    "game_logic/nearness.py",
+    "game_logic/plane.py",
     "game_logic/plane_parts.py",
+    "game_logic/resting.py",
     "game_logic/sight.py",
     "game_logic/steering.py",
+    "game_logic/ticking.py",
+    "game_logic/wedges.py",
     "envs/meeting.py",
     "envs/reading.py",
     "reid/kernels.py",

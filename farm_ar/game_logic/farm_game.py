@@ -10,8 +10,7 @@ import numpy.typing as npt
 
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.errors import SceneError
-from farm_ar.game_logic import kernels, sight, steering
-from farm_ar.game_logic import plane_kernels as plane
+from farm_ar.game_logic import guiding, kernels, plane, sight, steering
 from farm_ar.game_logic.counters import Counters
 from farm_ar.game_logic.flock import Flock
 from farm_ar.game_logic.lanes import Lanes
@@ -260,11 +259,11 @@ class FarmGame:
 
         It stops before it is more, and then touches nothing any more.
         """
-        self._way = np.zeros(plane.WAYS)
+        self._way = np.zeros(guiding.WAYS)
         limits = most or Most()
-        self._way[plane.LIMIT_METRES : plane.DIAGONAL + 1] = limits.as_row()
+        self._way[guiding.LIMIT_METRES : guiding.DIAGONAL + 1] = limits.as_row()
         moved = self.tabletop.moved
-        self._way[plane.BEGAN_METRES], self._way[plane.BEGAN_RADIANS] = moved.metres, moved.radians
+        self._way[guiding.BEGAN_METRES], self._way[guiding.BEGAN_RADIANS] = moved.metres, moved.radians
 
     def withdraw_hand(self) -> tuple[Motion, Sighting | None]:
         """The hand lets go and is gone at once.

@@ -7,9 +7,9 @@ import weakref
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray
-from farm_ar.game_logic import plane_kernels as kernels
+from farm_ar.game_logic import plane
 from farm_ar.game_logic import plane_parts as parts
-from farm_ar.game_logic.plane_kernels import TICK, Addresses
+from farm_ar.game_logic.plane import TICK, Addresses
 
 __all__ = ["TICK", "Plane"]
 
@@ -29,7 +29,7 @@ class Plane:
         extent: width and depth of the plane [0, width] x [0, depth], metres.
 
     Attributes:
-        handle: addresses of Chipmunk's objects, as `plane_kernels` wants them.
+        handle: addresses of Chipmunk's objects, as `plane` names them.
         state: numbers that change, likewise.
         box: (N, `COLUMNS`) the boxes, likewise.
     """
@@ -44,10 +44,10 @@ class Plane:
         extent: tuple[float, float],
     ) -> None:
         n = len(angle)
-        self.handle: Addresses = np.zeros(kernels.FIRST + n, dtype=np.int64)
-        self.state, self.box = np.zeros(kernels.STATES), np.zeros((n, kernels.COLUMNS))
-        self.state[kernels.WIDTH], self.state[kernels.DEPTH] = extent
-        self.state[kernels.GRIPPED] = -1.0
+        self.handle: Addresses = np.zeros(plane.FIRST + n, dtype=np.int64)
+        self.state, self.box = np.zeros(plane.STATES), np.zeros((n, plane.COLUMNS))
+        self.state[plane.WIDTH], self.state[plane.DEPTH] = extent
+        self.state[plane.GRIPPED] = -1.0
         parts.set_out(self.box, position, angle, size, fixed, height)
         shape: Addresses = np.zeros(n + parts.EDGES + 1, dtype=np.int64)
         parts.make_parts(self.handle, shape, parts.edge_corners(extent), self.box)

@@ -11,9 +11,8 @@ from functools import lru_cache
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray
-from farm_ar.game_logic import chipmunk
-from farm_ar.game_logic import plane_kernels as plane
-from farm_ar.game_logic.plane_kernels import Addresses
+from farm_ar.game_logic import arm, chipmunk, plane
+from farm_ar.game_logic.plane import Addresses
 
 SKIN = 0.001
 """How far a building's solid surface stands out from its footprint, metres: what sinks in, sinks in here."""
@@ -68,7 +67,7 @@ def make_parts(handle: Addresses, shape: Addresses, corner: FloatArray, box: Flo
     """Make a space, a hand's arm and disc, which are not in it yet, the boxes, and the edges, in this order.
 
     Args:
-        handle: filled with the addresses that `plane_kernels` names.
+        handle: filled with the addresses that `plane` names.
         shape: (N + `EDGES` + 1,) filled with the addresses of the shapes: the disc's, those of the boxes,
             those of the edges.
         corner: (`EDGES`, 4, 2) the edges' corners, metres.
@@ -83,7 +82,7 @@ def make_parts(handle: Addresses, shape: Addresses, corner: FloatArray, box: Flo
     chipmunk.set_sleep_speed(space, _SLEEP_SPEED)
     handle[plane.SPACE], handle[plane.ARM] = space, chipmunk.new_kinematic_body()
     handle[plane.DISC] = chipmunk.new_body(_HAND_MASS, _HAND_MOMENT)
-    shape[0] = chipmunk.new_circle(handle[plane.DISC], plane.HAND_RADIUS, 0.0, 0.0)
+    shape[0] = chipmunk.new_circle(handle[plane.DISC], arm.HAND_RADIUS, 0.0, 0.0)
     handle[plane.DISC_SHAPE] = shape[0]
     finish_shape(shape[0], HAND, MOVABLE | FIXED)
     n = len(box)

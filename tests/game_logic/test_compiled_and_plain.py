@@ -5,7 +5,20 @@ import pytest
 from numba.core.dispatcher import Dispatcher
 
 from farm_ar.envs import FarmToTableEnv, meeting, reading
-from farm_ar.game_logic import chipmunk, kernels, plane_kernels, plane_parts, sight, steering
+from farm_ar.game_logic import (
+    arm,
+    chipmunk,
+    guiding,
+    kernels,
+    nearness,
+    plane,
+    plane_parts,
+    resting,
+    sight,
+    steering,
+    ticking,
+    wedges,
+)
 from farm_ar.game_logic.farm_game import FarmGame
 from farm_ar.game_logic.headset import field_of_view, look_at
 from farm_ar.game_logic.tabletop import Most, Tabletop
@@ -19,12 +32,17 @@ SMALL = Scene(
 )
 AHEAD = look_at(np.array([0.6, -0.3]), np.array([0.6, 0.4]), field_of_view("photo"))
 
+MODULES = (
+    *(arm, guiding, kernels, nearness, plane_parts, resting, sight, steering, ticking, wedges),
+    *(meeting, reading),
+)
+
 
 def both(play):
     """What `play` gives with compiled kernels, and in plain Python."""
     compiled = play()
     with pytest.MonkeyPatch.context() as patch:
-        for module in (kernels, plane_kernels, plane_parts, sight, steering, meeting, reading):
+        for module in MODULES:
             for name, kernel in vars(module).items():
                 if isinstance(kernel, Dispatcher):
                     patch.setattr(module, name, kernel.py_func)
@@ -91,7 +109,7 @@ def test_without_the_bridge_functions_stay_as_they_are_and_call_through_pymunk(m
     monkeypatch.setattr(chipmunk, "BRIDGED", False)
     assert chipmunk.compiled(pressed) is pressed
     table = Tabletop(FARM.layout, FARM.size)
-    body = int(table.arrays[0][plane_kernels.FIRST])
+    body = int(table.arrays[0][plane.FIRST])
     chipmunk.foreign("cpBodySetVelocity")(body, 1.0, 2.0)
     assert chipmunk.foreign("cpBodyGetVelocity")(body) == (1.0, 2.0)
 
