@@ -65,7 +65,7 @@ def test_the_depth_and_the_way_out_are_those_of_the_separating_axes(mode: str) -
 def test_footprints_share_the_room_between_the_edge_and_what_never_moves(mode: str) -> None:
     """Two coops, 0.10 m wide each, of 0.2005 m; the first is over the edge, the second in the third."""
     narrow = table([(0.049, 0.15), (0.152, 0.15), (0.2505, 0.15)], [0.0] * 3, 2)
-    handle, state, box = narrow.arrays
+    _, state, box = narrow.arrays
     assert wedges.wedged(state, box)
     freed = box.copy()
     for _ in range(200):
