@@ -24,6 +24,7 @@ _KERNELS = (
     "game_logic/steering.py",
     "game_logic/ticking.py",
     "game_logic/wedges.py",
+    "envs/hand_step.py",
     "envs/meeting.py",
     "envs/reading.py",
     "reid/kernels.py",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from enum import Enum
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -48,6 +49,9 @@ class Phase(Enum):
 
 UNMOVED = Motion()
 
+Steer = Callable[..., tuple[int, bool, float, float, float]]
+"""`steering.steer`, or a kernel that does the same and more."""
+
 Running = tuple[FloatArray, FloatArray, FloatArray, FloatArray, IntArray]
 """What `kernels.run` works on: the flock's arrays, the lanes, the counters."""
 
@@ -84,6 +88,10 @@ class FarmGame:
         if not layout.fixed.any():
             raise SceneError("objects", "must hold a fixed one, the shed", list(layout.labels))
         self.scene, self.rng = scene, rng
+        self._visit = np.zeros(steering.VISIT)
+        self._phase = self._visit[: steering.WAY_AT]
+        self._way = self._visit[steering.WAY_AT : steering.EYE_AT]
+        self._eye = self._visit[steering.EYE_AT :]
         self.camera = camera
         self.tabletop = Tabletop(layout, scene.size)
         self.tracker = Tracker(scene, layout, make_reid, perception)
@@ -91,8 +99,8 @@ class FarmGame:
         self.counters = Counters.zero(len(layout))
         self.flock = Flock(ANIMAL_SPEED_M_S)
         self.sightings: list[Sighting] = []
-        self._phase = np.zeros(steering.PHASES)
-        self._told = np.zeros(steering.TOLD, dtype=np.float32)
+        self._steer: Steer = steering.steer
+        self._told: tuple[npt.NDArray[Any], ...] = (np.zeros(steering.TOLD, dtype=np.float32),)
         self._shed = int(np.flatnonzero(layout.fixed)[0])
         self._goals = np.flatnonzero(layout.movable)
         self._lanes = Lanes(self._goals, self._shed, rng)
@@ -110,7 +118,7 @@ class FarmGame:
 
     @camera.setter
     def camera(self, camera: Camera) -> None:
-        self._camera, self._eye = camera, sight.eye_of(camera)
+        self._camera, self._eye[:] = camera, sight.eye_of(camera)
 
     @property
     def phase(self) -> Phase:
@@ -259,7 +267,7 @@ class FarmGame:
 
         It stops before it is more, and then touches nothing any more.
         """
-        self._way = np.zeros(guiding.WAYS)
+        self._way[:] = 0.0
         limits = most or Most()
         self._way[guiding.LIMIT_METRES : guiding.DIAGONAL + 1] = limits.as_row()
         moved = self.tabletop.moved
@@ -302,13 +310,11 @@ class FarmGame:
         while passed < ticks and not over:
             if self._by_geometry:
                 queue, animal, clock, lane, counts = self._running
-                done, over, pending, way, turn = steering.steer(
+                done, over, pending, way, turn = self._steer(
                     handle,
                     state,
                     box,
-                    self._eye,
-                    self._way,
-                    self._phase,
+                    self._visit,
                     queue,
                     animal,
                     clock,
@@ -319,7 +325,7 @@ class FarmGame:
                     -twist,
                     grip,
                     ticks - passed,
-                    self._told,
+                    *self._told,
                 )
             else:
                 done, over, pending, way, turn = self._tick_and_look(vx, vz, -twist, grip)
@@ -340,16 +346,22 @@ class FarmGame:
         before, phase = self.tabletop.moved, self._phase
         steering.press(*self._steered, self._eye, self._way, vx, vz, spin, grip)
         over = bool(steering.watch(self._steered[1], phase, self.sees_hand()))
-        steering.tell(self._steered[0], self._steered[1], phase, self._told)
+        steering.tell(self._steered[0], self._steered[1], phase, self._told[-1][-steering.TOLD :])
         pending, phase[steering.PENDING] = float(phase[steering.PENDING]), 0.0
         motion = self.tabletop.moved - before
         return 1, over, pending, motion.metres, motion.radians
 
-    def tell_hand(self, told: npt.NDArray[np.float32]) -> None:
-        """Fill in what an observation has of the hand, (8,), by `steering.tell`, now and in every `steer`."""
-        self._told = told
+    def steer_by(self, steer: Steer, *told: npt.NDArray[Any]) -> None:
+        """Have another kernel do what `steering.steer` does, and more.
+
+        Args:
+            steer: takes its arguments, but others in place of its last, `told`.
+            told: these. The last of them ends with the (8,) numbers that `steering.tell` has of the hand,
+                which are filled in now, too.
+        """
+        self._steer, self._told = steer, told
         handle, state, _ = self._steered
-        steering.tell(handle, state, self._phase, told)
+        steering.tell(handle, state, self._phase, told[-1][-steering.TOLD :])
 
     def sees_hand(self) -> bool:
         """Whether the hand detector sees the hand now."""

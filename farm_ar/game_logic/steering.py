@@ -1,7 +1,7 @@
 """A compiled kernel of a steered hand: many ticks of grip, physics, sight and phase in one call.
 
-It works on the arrays of `plane` and `sight`, a `way` whose limits are the visit's budget, and
-`phase`, whose places are named below. Like those of the plane it runs in Python, too.
+It works on the arrays of a `plane`, of the flock, and of a visit: `phase`, whose places are named below, a
+`way` whose limits are the budget, and an `eye`. Like those of the plane it runs in Python, too.
 """
 
 from __future__ import annotations
@@ -22,6 +22,10 @@ know where they arrive, -1 for none; how many places there are."""
 
 TOLD = 8
 """How many numbers an observation has of the hand."""
+
+WAY_AT, EYE_AT = PHASES, PHASES + guiding.WAYS
+VISIT = EYE_AT + sight.LOOKS
+"""Where in the numbers of a visit its way and its eye begin, after its phase; how many there are."""
 
 AWAY_TICKS = 30
 """After so many ticks out of view, holding nothing, a visit is over: half a second."""
@@ -138,9 +142,7 @@ def steer(
     handle: Addresses,
     state: FloatArray,
     box: FloatArray,
-    eye: FloatArray,
-    way: FloatArray,
-    phase: FloatArray,
+    visit: FloatArray,
     queue: FloatArray,
     animal: FloatArray,
     clock: FloatArray,
@@ -159,9 +161,8 @@ def steer(
         handle: of the plane.
         state: of the plane.
         box: of the plane.
-        eye: the headset's camera.
-        way: its limits are the budget; `BRAKING` while the hand stops, `WAY_DONE` once the budget is spent.
-        phase: of the game.
+        visit: (VISIT,) the game's phase; a way, whose limits are the budget, with `BRAKING` while the hand
+            stops and `WAY_DONE` once the budget is spent; and the headset's camera.
         queue: of the flock.
         animal: of the flock.
         clock: of the flock.
@@ -179,6 +180,7 @@ def steer(
         then have to run before they move again; whether the visit is over; for how many ticks animals have
         yet to run; how far all buildings have been moved and turned.
     """
+    phase, way, eye = visit[:WAY_AT], visit[WAY_AT:EYE_AT], visit[EYE_AT:]
     metres, radians, over, done = state[plane.METRES], state[plane.RADIANS], False, 0
     quiet = vx == 0 and vz == 0 and spin == 0 and not closed and rests(handle, state, box, way)
     seen = False
