@@ -140,16 +140,17 @@ class HandControl:
 
     def begin(self, world: World, budget: Budget) -> None:
         """The hand waits at the player's side, out of view."""
-        self._left, game = self._ticks, _game(world)
-        game.bring_hand()
-        game.allow(budget.most)
+        assert isinstance(world, FarmGame)
+        self._left, self._game = self._ticks, world
+        world.bring_hand()
+        world.allow(budget.most)
 
     def act(self, action: Any, look: Look, world: World, budget: Budget) -> Outcome:
         """Steer for a tenth of a second. The hand stops before the budget is exceeded, and is then raised."""
         x, z, twist, closed = action
         if not (-1.0 <= x <= 1.0 and -1.0 <= z <= 1.0 and -1.0 <= twist <= 1.0):
             x, z, twist = _clipped(x), _clipped(z), _clipped(twist)
-        game, ticks = _game(world), self._left
+        game, ticks = self._game, self._left
         motion, passed, sighting = game.steer(
             MAX_HAND_SPEED * x,
             MAX_HAND_SPEED * z,
@@ -178,8 +179,3 @@ class HandControl:
 
 def _clipped(value: float) -> float:
     return min(max(value, -1.0), 1.0)
-
-
-def _game(world: World) -> FarmGame:
-    assert isinstance(world, FarmGame)
-    return world

@@ -306,26 +306,11 @@ class FarmGame:
             What they did to the buildings, how many there were, and the sighting if they ended a visit.
         """
         passed, over, metres, radians = 0, False, 0.0, 0.0
-        handle, state, box = self._steered
         while passed < ticks and not over:
             if self._by_geometry:
-                queue, animal, clock, lane, counts = self._running
+                left = ticks - passed
                 done, over, pending, way, turn = self._steer(
-                    handle,
-                    state,
-                    box,
-                    self._visit,
-                    queue,
-                    animal,
-                    clock,
-                    lane,
-                    counts,
-                    vx,
-                    vz,
-                    -twist,
-                    grip,
-                    ticks - passed,
-                    *self._told,
+                    *self._steered, self._visit, *self._running, vx, vz, -twist, grip, left, *self._told
                 )
             else:
                 done, over, pending, way, turn = self._tick_and_look(vx, vz, -twist, grip)
