@@ -12,14 +12,17 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 _PACKAGE = Path(__file__).parents[1]
 _KERNELS = (
+    "game_logic/arc_length.py",
     "game_logic/arm.py",
     "game_logic/chipmunk.py",
+    "game_logic/dodging.py",
+    "game_logic/entering.py",
     "game_logic/guiding.py",
-    "game_logic/kernels.py",
     "game_logic/nearness.py",
     "game_logic/plane.py",
     "game_logic/plane_parts.py",
     "game_logic/resting.py",
+    "game_logic/running.py",
     "game_logic/sight.py",
     "game_logic/steering.py",
     "game_logic/ticking.py",

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.errors import SceneError
-from farm_ar.game_logic import guiding, kernels, plane, sight, steering
+from farm_ar.game_logic import guiding, plane, running, sight, steering
 from farm_ar.game_logic.counters import Counters
 from farm_ar.game_logic.flock import Flock
 from farm_ar.game_logic.lanes import Lanes
@@ -53,7 +53,7 @@ Steer = Callable[..., tuple[int, bool, float, float, float]]
 """`steering.steer`, or a kernel that does the same and more."""
 
 Running = tuple[FloatArray, FloatArray, FloatArray, FloatArray, IntArray]
-"""What `kernels.run` works on: the flock's arrays, the lanes, the counters."""
+"""What `running.run` works on: the flock's arrays, the lanes, the counters."""
 
 
 class FarmGame:
@@ -133,7 +133,7 @@ class FarmGame:
     @property
     def clock(self) -> float:
         """Seconds played so far."""
-        return float(self.flock.clock[kernels.NOW])
+        return float(self.flock.clock[running.NOW])
 
     @property
     def truth(self) -> Layout:
@@ -158,7 +158,7 @@ class FarmGame:
     @property
     def miscounts(self) -> int:
         """Animals so far that did not get into the building of their colour."""
-        return int(self.flock.clock[kernels.ASTRAY])
+        return int(self.flock.clock[running.ASTRAY])
 
     def moment(self, caption: str = "") -> Moment:
         """All there is to see now."""
@@ -356,10 +356,10 @@ class FarmGame:
         """Let the animals run."""
         if self._phase[steering.KNOWN] != self._steered[1][plane.CHANGES]:
             self._look_ahead()
-        end = self.flock.clock[kernels.NOW] + seconds
+        end = self.flock.clock[running.NOW] + seconds
         while True:
             queue, animal, clock, lane, counts = self._running
-            if kernels.run(queue, animal, clock, lane, counts, end):
+            if running.run(queue, animal, clock, lane, counts, end):
                 return
             self._make_room(1)
 
@@ -382,13 +382,13 @@ class FarmGame:
         """Fill the lanes with animals that left before the game began, and forget those that are home."""
         clock, n = self.flock.clock, len(self._goals)
         if animals_a_second <= 0:
-            clock[kernels.PERIOD] = np.inf
+            clock[running.PERIOD] = np.inf
             return
-        clock[kernels.PERIOD] = n / animals_a_second
-        each = int(np.ceil(WARM_UP_S / clock[kernels.PERIOD]))
-        clock[kernels.SENT] = -n * each
+        clock[running.PERIOD] = n / animals_a_second
+        each = int(np.ceil(WARM_UP_S / clock[running.PERIOD]))
+        clock[running.SENT] = -n * each
         self._make_room(n * each)
-        clock[kernels.NOW] = -each * clock[kernels.PERIOD]
-        self.play(-clock[kernels.NOW])
-        clock[[kernels.NOW, kernels.ASTRAY]] = 0.0
+        clock[running.NOW] = -each * clock[running.PERIOD]
+        self.play(-clock[running.NOW])
+        clock[[running.NOW, running.ASTRAY]] = 0.0
         self.counters.counts[:] = 0

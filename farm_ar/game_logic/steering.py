@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from farm_ar.arrays import FloatArray, IntArray
-from farm_ar.game_logic import arm, chipmunk, guiding, kernels, nearness, plane, sight, ticking
+from farm_ar.game_logic import arm, chipmunk, guiding, nearness, plane, running, sight, ticking
 from farm_ar.game_logic.plane import Addresses
 
 VISITED, AWAY, PENDING, KNOWN, PHASES = range(5)
@@ -198,9 +198,9 @@ def steer(
         if over or (phase[VISITED] == 0 and state[plane.CHANGES] != before):
             break
     pending, phase[PENDING] = phase[PENDING], 0.0
-    end = clock[kernels.NOW] + pending * plane.TICK
+    end = clock[running.NOW] + pending * plane.TICK
     known = pending > 0 and phase[KNOWN] == state[plane.CHANGES]
-    if known and kernels.run(queue, animal, clock, lane, counts, end):
+    if known and running.run(queue, animal, clock, lane, counts, end):
         pending = 0.0
     tell(handle, state, phase, told)
     return done, over, pending, state[plane.METRES] - metres, state[plane.RADIANS] - radians

@@ -4,16 +4,19 @@ import numpy as np
 import pytest
 from numba.core.dispatcher import Dispatcher
 
-from farm_ar.envs import FarmToTableEnv, meeting, reading
+from farm_ar.envs import FarmToTableEnv, hand_step, meeting, reading
 from farm_ar.game_logic import (
+    arc_length,
     arm,
     chipmunk,
+    dodging,
+    entering,
     guiding,
-    kernels,
     nearness,
     plane,
     plane_parts,
     resting,
+    running,
     sight,
     steering,
     ticking,
@@ -33,8 +36,8 @@ SMALL = Scene(
 AHEAD = look_at(np.array([0.6, -0.3]), np.array([0.6, 0.4]), field_of_view("photo"))
 
 MODULES = (
-    *(arm, guiding, kernels, nearness, plane_parts, resting, sight, steering, ticking, wedges),
-    *(meeting, reading),
+    *(arc_length, arm, dodging, entering, guiding, nearness, plane_parts, resting, running, sight),
+    *(steering, ticking, wedges, hand_step, meeting, reading),
 )
 
 
