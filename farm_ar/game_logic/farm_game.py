@@ -128,7 +128,7 @@ class FarmGame:
     @property
     def phase_name(self) -> str:
         """The same as text."""
-        return "hand" if self._phase[steering.VISITED] else "play"
+        return "hand" if self._phase.item(steering.VISITED) else "play"
 
     @property
     def clock(self) -> float:
@@ -148,7 +148,7 @@ class FarmGame:
     @property
     def changes(self) -> float:
         """How often that has changed."""
-        return float(self.tabletop.arrays[1][plane.CHANGES])
+        return self._steered[1].item(plane.CHANGES)
 
     @property
     def believed(self) -> Layout:
@@ -158,7 +158,7 @@ class FarmGame:
     @property
     def miscounts(self) -> int:
         """Animals so far that did not get into the building of their colour."""
-        return int(self.flock.clock[running.ASTRAY])
+        return int(self.flock.clock.item(running.ASTRAY))
 
     def moment(self, caption: str = "") -> Moment:
         """All there is to see now."""
