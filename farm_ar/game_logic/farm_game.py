@@ -387,7 +387,7 @@ class FarmGame:
         clock[running.PERIOD] = n / animals_a_second
         each = int(np.ceil(WARM_UP_S / clock[running.PERIOD]))
         clock[running.SENT] = -n * each
-        self._make_room(n * each)
+        self._make_room(n * each // 2)  # for about those that are still on their way
         clock[running.NOW] = -each * clock[running.PERIOD]
         self.play(-clock[running.NOW])
         clock[[running.NOW, running.ASTRAY]] = 0.0

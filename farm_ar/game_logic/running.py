@@ -185,7 +185,7 @@ def run(
         end: seconds.
 
     Returns:
-        Whether all have been sent out; otherwise there was no room in the arrays, and nothing else happened.
+        Whether all have been sent out; otherwise there was no room for more in the arrays.
     """
     n, lanes = lane.shape[:2]
     while True:
@@ -194,15 +194,20 @@ def run(
         leaves = (turn + place / n) * clock[PERIOD]
         if not leaves < end:
             break
+        own = lane[place, turn % lanes]
+        due = leaves + own[2] / clock[PACE]
+        if due <= end:  # it comes and goes at once
+            count(counts, clock, int(own[0]), int(own[1]))
+            clock[SENT] = sent + 1
+            continue
         live = int(clock[RUNNERS])
         if live == len(queue):
             return False
         slot = int(queue[live, SLOT])
-        own = lane[place, turn % lanes]
-        animal[slot, GOAL], animal[slot, INTO] = own[0], own[1]
-        animal[slot, ZERO], queue[live, DUE] = leaves, leaves + own[2] / clock[PACE]
+        animal[slot, GOAL], animal[slot, INTO], animal[slot, ZERO] = own[0], own[1], leaves
         animal[slot, CURVE:] = own[3:]
-        clock[NEXT] = min(clock[NEXT], queue[live, DUE])
+        queue[live, DUE] = due
+        clock[NEXT] = min(clock[NEXT], due)
         clock[RUNNERS], clock[SENT] = live + 1, sent + 1
     if clock[NEXT] > end:
         clock[NOW] = end
@@ -211,16 +216,21 @@ def run(
     first = int(clock[RUNNERS])
     for i in range(first, first + arrived):
         slot = int(queue[i, SLOT])
-        label, into = int(animal[slot, GOAL]), int(animal[slot, INTO])
-        if into == entering.NOWHERE:
-            counts[2, label] += 1
-            clock[ASTRAY] += 1
-        else:
-            counts[0, label] += 1
-            if into != label:
-                counts[1, label] += 1
-                clock[ASTRAY] += 1
+        count(counts, clock, int(animal[slot, GOAL]), int(animal[slot, INTO]))
     return True
+
+
+@compiled
+def count(counts: IntArray, clock: FloatArray, label: int, into: int) -> None:
+    """Count an animal of a label that arrived in a building, or NOWHERE."""
+    if into == entering.NOWHERE:
+        counts[2, label] += 1
+        clock[ASTRAY] += 1
+    else:
+        counts[0, label] += 1
+        if into != label:
+            counts[1, label] += 1
+            clock[ASTRAY] += 1
 
 
 @compiled
