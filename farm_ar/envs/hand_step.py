@@ -31,7 +31,7 @@ def steer_and_read(
     sheet: FloatArray,
     met: IntArray,
     numbers: npt.NDArray[np.float32],
-) -> tuple[int, bool, float, float, float]:
+) -> bool:
     """`steering.steer`, and a `Reading` brought up to date where it was so before.
 
     Args:
@@ -57,12 +57,12 @@ def steer_and_read(
         As `steering.steer`.
     """
     before, told = state[plane.CHANGES], numbers[len(numbers) - steering.TOLD :]
-    done, over, pending, metres, radians = steering.steer(
+    eventful = steering.steer(
         handle, state, box, visit, queue, animal, clock, lane, counts, vx, vz, spin, closed, ticks, told
     )
-    summary, fixed, where, dimension, known = pages(sheet, len(met), met.shape[1] - RIVALS)
-    if state[plane.CHANGES] != before and summary[READ_AT] == before:
-        eye = visit[steering.EYE_AT :]
+    if state[plane.CHANGES] != before and sheet[READ_AT] == before:
+        summary, fixed, where, dimension, known = pages(sheet, len(met), met.shape[1] - RIVALS)
+        eye = visit[steering.EYE_AT : steering.OUTCOME_AT]
         read_table(box, where, eye, met, dimension, fixed, known, numbers, summary)
         summary[READ_AT] = state[plane.CHANGES]
-    return done, over, pending, metres, radians
+    return bool(eventful)

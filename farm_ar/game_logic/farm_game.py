@@ -49,7 +49,7 @@ class Phase(Enum):
 
 UNMOVED = Motion()
 
-Steer = Callable[..., tuple[int, bool, float, float, float]]
+Steer = Callable[..., bool]
 """`steering.steer`, or a kernel that does the same and more."""
 
 Running = tuple[FloatArray, FloatArray, FloatArray, FloatArray, IntArray]
@@ -91,7 +91,8 @@ class FarmGame:
         self._visit = np.zeros(steering.VISIT)
         self._phase = self._visit[: steering.WAY_AT]
         self._way = self._visit[steering.WAY_AT : steering.EYE_AT]
-        self._eye = self._visit[steering.EYE_AT :]
+        self._eye = self._visit[steering.EYE_AT : steering.OUTCOME_AT]
+        self._outcome = self._visit[steering.OUTCOME_AT :]
         self.camera = camera
         self.tabletop = Tabletop(layout, scene.size)
         self.tracker = Tracker(scene, layout, make_reid, perception)
@@ -305,16 +306,18 @@ class FarmGame:
         Returns:
             What they did to the buildings, how many there were, and the sighting if they ended a visit.
         """
-        passed, over, metres, radians = 0, False, 0.0, 0.0
+        passed, over, metres, radians = 0, 0.0, 0.0, 0.0
         while passed < ticks and not over:
-            if self._by_geometry:
-                left = ticks - passed
-                done, over, pending, way, turn = self._steer(
-                    *self._steered, self._visit, *self._running, vx, vz, -twist, grip, left, *self._told
-                )
-            else:
-                done, over, pending, way, turn = self._tick_and_look(vx, vz, -twist, grip)
-            passed, metres, radians = passed + done, metres + way, radians + turn
+            left = ticks - passed
+            if not self._by_geometry:
+                self._tick_and_look(vx, vz, -twist, grip)
+            elif not self._steer(
+                *self._steered, self._visit, *self._running, vx, vz, -twist, grip, left, *self._told
+            ):
+                passed = ticks
+                break
+            done, over, pending, way, turn = self._outcome.tolist()
+            passed, metres, radians = passed + int(done), metres + way, radians + turn
             if pending:
                 self._run(pending * TICK_S)
         motion = Motion(metres, radians) if metres or radians else UNMOVED
@@ -324,17 +327,14 @@ class FarmGame:
         self.tabletop.settle()
         return motion + (self.tabletop.moved - before), passed, self.end_visit()
 
-    def _tick_and_look(
-        self, vx: float, vz: float, spin: float, grip: bool
-    ) -> tuple[int, bool, float, float, float]:
+    def _tick_and_look(self, vx: float, vz: float, spin: float, grip: bool) -> None:
         """What `steering.steer` does in a tick, with a detector of its own."""
         before, phase = self.tabletop.moved, self._phase
         steering.press(*self._steered, self._eye, self._way, vx, vz, spin, grip)
         over = bool(steering.watch(self._steered[1], phase, self.sees_hand()))
         steering.tell(self._steered[0], self._steered[1], phase, self._told[-1][-steering.TOLD :])
         pending, phase[steering.PENDING] = float(phase[steering.PENDING]), 0.0
-        motion = self.tabletop.moved - before
-        return 1, over, pending, motion.metres, motion.radians
+        self._outcome[:] = 1.0, over, pending, *(self.tabletop.moved - before)
 
     def steer_by(self, steer: Steer, *told: npt.NDArray[Any]) -> None:
         """Have another kernel do what `steering.steer` does, and more.

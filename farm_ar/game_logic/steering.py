@@ -24,8 +24,10 @@ TOLD = 8
 """How many numbers an observation has of the hand."""
 
 WAY_AT, EYE_AT = PHASES, PHASES + guiding.WAYS
-VISIT = EYE_AT + sight.LOOKS
-"""Where in the numbers of a visit its way and its eye begin, after its phase; how many there are."""
+OUTCOME_AT = EYE_AT + sight.LOOKS
+VISIT = OUTCOME_AT + 5
+"""Where in the numbers of a visit its way, its eye and what was done last begin, after its phase; how many
+there are."""
 
 AWAY_TICKS = 30
 """After so many ticks out of view, holding nothing, a visit is over: half a second."""
@@ -154,7 +156,7 @@ def steer(
     closed: bool,
     ticks: int,
     told: npt.NDArray[np.float32],
-) -> tuple[int, bool, float, float, float]:
+) -> bool:
     """Ticks under a hand that is steered, seen where it truly is.
 
     Args:
@@ -162,7 +164,10 @@ def steer(
         state: of the plane.
         box: of the plane.
         visit: (VISIT,) the game's phase; a way, whose limits are the budget, with `BRAKING` while the hand
-            stops and `WAY_DONE` once the budget is spent; and the headset's camera.
+            stops and `WAY_DONE` once the budget is spent; the headset's camera; and at last, filled in: how
+            many ticks have passed, fewer than asked for where a visit is over, or buildings have moved while
+            animals run, who then have to run before they move again; whether the visit is over; for how many
+            ticks animals have yet to run; how far all buildings have been moved and turned.
         queue: of the flock.
         animal: of the flock.
         clock: of the flock.
@@ -176,11 +181,9 @@ def steer(
         told: (TOLD,) filled with what `tell` says of the hand afterwards.
 
     Returns:
-        How many have passed: fewer where a visit is over, or buildings have moved while animals run, who
-        then have to run before they move again; whether the visit is over; for how many ticks animals have
-        yet to run; how far all buildings have been moved and turned.
+        Whether there is more to say of it than that all ticks have passed.
     """
-    phase, way, eye = visit[:WAY_AT], visit[WAY_AT:EYE_AT], visit[EYE_AT:]
+    phase, way, eye = visit[:WAY_AT], visit[WAY_AT:EYE_AT], visit[EYE_AT:OUTCOME_AT]
     metres, radians, over, done = state[plane.METRES], state[plane.RADIANS], False, 0
     quiet = vx == 0 and vz == 0 and spin == 0 and not closed and rests(handle, state, box, way)
     seen = False
@@ -203,4 +206,8 @@ def steer(
     if known and running.run(queue, animal, clock, lane, counts, end):
         pending = 0.0
     tell(handle, state, phase, told)
-    return done, over, pending, state[plane.METRES] - metres, state[plane.RADIANS] - radians
+    metres, radians = state[plane.METRES] - metres, state[plane.RADIANS] - radians
+    outcome = visit[OUTCOME_AT:]
+    outcome[0], outcome[1], outcome[2] = done, 1.0 if over else 0.0, pending
+    outcome[3], outcome[4] = metres, radians
+    return bool(over or pending != 0 or metres != 0 or radians != 0 or done < ticks)
