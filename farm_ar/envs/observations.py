@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium import spaces
 
-from farm_ar.envs.hand_step import steer_and_read
+from farm_ar.envs import hand_step
 from farm_ar.envs.reading import NO_RIVAL, Reading
 from farm_ar.envs.worlds import World
 from farm_ar.game_logic.farm_game import FarmGame
@@ -75,7 +75,7 @@ class StateObservation:
         numbers[self._budget] = left
         if self._hand is not None:
             assert isinstance(world, FarmGame)
-            world.steer_by(steer_and_read, reading.sheet, reading.met, numbers)
+            world.steer_by(hand_step.steer_and_read, reading.sheet, reading.met, numbers)
         return self._named(numbers)
 
     def observe_on(

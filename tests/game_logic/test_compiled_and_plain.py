@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from numba.core.dispatcher import Dispatcher
+from pymunk._chipmunk_cffi import ffi, lib
 
 from farm_ar.envs import FarmToTableEnv, hand_step, meeting, reading
 from farm_ar.game_logic import (
@@ -115,6 +116,19 @@ def test_without_the_bridge_functions_stay_as_they_are_and_call_through_pymunk(m
     body = int(table.arrays[0][plane.FIRST])
     chipmunk.foreign("cpBodySetVelocity")(body, 1.0, 2.0)
     assert chipmunk.foreign("cpBodyGetVelocity")(body) == (1.0, 2.0)
+
+
+def test_a_filter_says_what_a_shape_is_and_what_it_collides_with():
+    body = chipmunk.foreign("cpBodyNew")(1.0, 1.0)
+    shape = chipmunk.foreign("cpCircleShapeNew")(body, 0.1, 0.0, 0.0)
+    for others, expected in ((0b0101, 0b0101), (-1, 0xFFFFFFFF)):
+        both = chipmunk.touches(0b0010, others)
+        assert both == getattr(chipmunk.touches, "py_func", chipmunk.touches)(0b0010, others)
+        chipmunk.foreign("cpShapeSetFilter")(shape, 0, both)
+        got = lib.cpShapeGetFilter(ffi.cast("cpShape *", shape))
+        assert (got.group, got.categories, got.mask) == (0, 0b0010, expected)
+    chipmunk.foreign("cpShapeFree")(shape)
+    chipmunk.foreign("cpBodyFree")(body)
 
 
 def test_functions_that_take_anything_else_are_refused():
