@@ -13,7 +13,7 @@ import farm_ar  # noqa: F401  # registers the environments
 from farm_ar.envs import FarmToTableEnv
 
 PAGE = Path(__file__).parent / "environments.md"
-ENTRY_POINT = "farm_ar.envs:FarmToTableEnv"
+ENTRY_POINT = "farm_ar.envs:make_farm_to_table"
 
 
 def page() -> str:

@@ -16,4 +16,4 @@ _ENVIRONMENTS: dict[str, dict[str, str | bool | float | None]] = {
 }
 
 for _name, _arguments in _ENVIRONMENTS.items():
-    register(_name, entry_point="farm_ar.envs:FarmToTableEnv", kwargs=_arguments)
+    register(_name, entry_point="farm_ar.envs:make_farm_to_table", kwargs=_arguments)

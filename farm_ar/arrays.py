@@ -2,7 +2,7 @@
 
 from dataclasses import fields
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -39,6 +39,20 @@ class Record:
 
     Left to itself, pickle would bring the arrays back writable, and cannot take a read-only mapping at all.
     """
+
+    @classmethod
+    def trusted(cls, **values: object) -> Self:
+        """A record of values that were worked out, not given: nothing is checked, copied or filled in.
+
+        Args:
+            values: all fields, as the constructor would leave them; arrays become read-only.
+        """
+        for value in values.values():
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)
+        made = cls.__new__(cls)
+        vars(made).update(values)
+        return made
 
     def __reduce__(self) -> tuple[type, tuple[object, ...]]:
         values = [getattr(self, field.name) for field in fields(self)]  # type: ignore[arg-type]

@@ -62,3 +62,10 @@ def test_a_copied_or_pickled_record_is_still_read_only(again: Callable[[Shelf], 
     assert shelf.names == {"top": 1}
     with pytest.raises(TypeError):
         shelf.names["top"] = 2
+
+
+def test_a_trusted_record_is_not_checked_and_its_arrays_become_read_only():
+    shelf = Shelf.trusted(weight=np.zeros(2), names={"top": 1})
+    shelf.names["top"] = 2  # as it was given, where the constructor would have made it safe
+    with pytest.raises(ValueError, match="read-only"):
+        shelf.weight[0] = 1.0

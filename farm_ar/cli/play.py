@@ -19,7 +19,10 @@ The hand's moves, one a line; metres from the table's near left corner, degrees 
   look       the hand leaves: one snapshot is taken, and the game says what it believes
   where      what stands where, as far as you have been told
   help       this text
-  end        the game is over; so it is at the end of the input"""
+  end        the game is over (quit and exit say the same, and so does the end of the input)"""
+
+ENDS = (None, "end", "quit", "exit")
+"""Lines after which the game is over; None where the input has ended."""
 
 
 def play(
@@ -62,7 +65,7 @@ def _take_lines(draft: Draft, moment: Moment, out: Path) -> None:
     from farm_ar.errors import InputError
 
     pending = 0
-    while (line := _ask(f"visit {draft.visits + (not pending)}> ")) not in (None, "end"):
+    while (line := _ask(f"visit {draft.visits + (not pending)}> ")) not in ENDS:
         if line == "help":
             _print_help()
         elif line == "where":
@@ -78,7 +81,8 @@ def _take_lines(draft: Draft, moment: Moment, out: Path) -> None:
                 draft.add(line)
                 pending += 1
             except InputError as problem:
-                print_line(str(problem))
+                # Where in the script the move would have stood is nothing that was typed in.
+                print_line(str(InputError(problem.field.split(".")[-1], problem.expected, problem.got)))
                 if not pending:
                     draft.drop_visit()
     if pending:

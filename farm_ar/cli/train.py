@@ -20,7 +20,11 @@ def train(
     ] = None,
     steps: Annotated[
         int | None,
-        typer.Option(metavar="N", min=1, help="Steps in all; the recipe's, or the run's, by default."),
+        typer.Option(
+            metavar="N",
+            min=1,
+            help="Steps in all, rounded up to whole rollouts; the recipe's, or the run's, by default.",
+        ),
     ] = None,
     imitate: Annotated[
         int | None,

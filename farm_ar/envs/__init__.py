@@ -1,6 +1,15 @@
 """The Gymnasium environments. Importing `farm_ar` registers them."""
 
+from farm_ar.envs.entry_point import make_farm_to_table
 from farm_ar.envs.farm_to_table import FarmToTableEnv
 from farm_ar.envs.trace import TraceError, first_difference, load_trace, replay, save_trace
 
-__all__ = ["FarmToTableEnv", "TraceError", "first_difference", "load_trace", "replay", "save_trace"]
+__all__ = [
+    "FarmToTableEnv",
+    "TraceError",
+    "first_difference",
+    "load_trace",
+    "make_farm_to_table",
+    "replay",
+    "save_trace",
+]

@@ -132,27 +132,29 @@ ACTIONS: dict[str, Callable[[int, int, float], MoveAction]] = {
 """The actions by name; made from the number of objects, the most of one kind, and the scene's unit."""
 
 
-def checked_action(action: Any, space: spaces.Space[Any]) -> Any:
-    """The action as an array, if it can be carried out; numbers beyond a `Box` can, they are clipped.
+def checked_action(action: Any, space: spaces.Space[Any]) -> list[Any]:
+    """The action as a list of numbers, if it can be carried out; those beyond a `Box` can, they are clipped.
 
     Raises:
         gymnasium.error.InvalidAction: it has the wrong shape, is not finite, or is no choice that there is.
     """
     # What agents send most, checked without the detours: no finite numbers have a sum that is not.
     plain = type(action) is np.ndarray and action.dtype is _SINGLE and type(space) is spaces.Box
-    if plain and action.shape == space.shape and action.ndim == 1 and isfinite(sum(action.tolist())):
-        return action
+    if plain and action.ndim == 1 and action.shape == space.shape:
+        numbers: list[Any] = action.tolist()
+        if isfinite(sum(numbers)):
+            return numbers
     try:
         values = np.asarray(action)
         right = values.shape == space.shape and bool(np.isfinite(values).all())
     except (TypeError, ValueError):
         right = False
     if right and isinstance(space, spaces.MultiDiscrete):
-        whole = np.issubdtype(values.dtype, np.integer)
-        right = whole and bool(np.all((values >= 0) & (values < space.nvec)))
+        right = values.dtype.kind in "iu" and bool(((values >= 0) & (values < space.nvec)).all())
     if not right:
         raise InvalidAction(f"action: must be in {space}, got {action!r}")
-    return values
+    listed: list[Any] = values.tolist()
+    return listed
 
 
 def _mask(view: TableView, others: int) -> BoolArray:

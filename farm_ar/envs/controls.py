@@ -17,9 +17,8 @@ from farm_ar.envs.worlds import World
 from farm_ar.game_logic.farm_game import UNMOVED, FarmGame
 from farm_ar.game_logic.hand import MAX_HAND_SPEED, MAX_TWIST
 from farm_ar.game_logic.motion import Motion
-from farm_ar.game_logic.plane_kernels import TICK
+from farm_ar.game_logic.plane import TICK
 from farm_ar.game_logic.tracker import Sighting
-from farm_ar.scenes import visible
 
 STEPS_PER_SECOND = 10
 """How often the hand is steered."""
@@ -93,11 +92,11 @@ class MoveControl:
     def act(self, action: Any, look: Look, world: World, budget: Budget) -> Outcome:
         """Carry out the moves, one after the other; what is out of view when its turn comes stays."""
         view = look()
-        moves, total, seen = self.asked(action, view, budget), Motion(), view.in_view
-        stale = False
+        moves, total, stale = self.asked(action, view, budget), Motion(), False
         for asked in moves or []:
             if stale:
-                seen, stale = visible(world.truth, world.camera), False
+                view, stale = look(), False
+            seen = view.in_view
             # What was pushed meanwhile may be out of view, and may have cost what was meant for this one.
             (move,) = budget.fitted([asked])
             if seen[move.index] and (np.any(move.displacement) or move.turn):
@@ -141,16 +140,17 @@ class HandControl:
 
     def begin(self, world: World, budget: Budget) -> None:
         """The hand waits at the player's side, out of view."""
-        self._left, game = self._ticks, _game(world)
-        game.bring_hand()
-        game.allow(budget.most)
+        assert isinstance(world, FarmGame)
+        self._left, self._game = self._ticks, world
+        world.bring_hand()
+        world.allow(budget.most)
 
     def act(self, action: Any, look: Look, world: World, budget: Budget) -> Outcome:
         """Steer for a tenth of a second. The hand stops before the budget is exceeded, and is then raised."""
-        x, z, twist, closed = action.tolist()
+        x, z, twist, closed = action
         if not (-1.0 <= x <= 1.0 and -1.0 <= z <= 1.0 and -1.0 <= twist <= 1.0):
             x, z, twist = _clipped(x), _clipped(z), _clipped(twist)
-        game, ticks = _game(world), self._left
+        game, ticks = self._game, self._left
         motion, passed, sighting = game.steer(
             MAX_HAND_SPEED * x,
             MAX_HAND_SPEED * z,
@@ -179,8 +179,3 @@ class HandControl:
 
 def _clipped(value: float) -> float:
     return min(max(value, -1.0), 1.0)
-
-
-def _game(world: World) -> FarmGame:
-    assert isinstance(world, FarmGame)
-    return world

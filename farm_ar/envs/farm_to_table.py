@@ -17,7 +17,7 @@ from farm_ar.envs.jitter import StartingLayouts, unit_of
 from farm_ar.envs.observations import Left, PixelObservation, StateObservation
 from farm_ar.envs.options import EnvOptions
 from farm_ar.envs.reading import AMBIGUITY, LEAST, Reading
-from farm_ar.envs.rewards import HARM, Standing
+from farm_ar.envs.rewards import HARM, NOTHING_YET, Standing
 from farm_ar.envs.starting import VisitCameras, given_camera, given_layout, new_world, scene_of
 from farm_ar.envs.table import TableView, meeting_order
 from farm_ar.envs.trace import Trace, state_digest
@@ -183,11 +183,12 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         given, before = locals(), set(vars(self))
         self._options = EnvOptions(**{f.name: given[f.name] for f in fields(EnvOptions)})
         if render_mode not in (None, *self.metadata["render_modes"]):
-            raise OptionError("render_mode", "must be rgb_array or None", render_mode)
+            expected = "must be rgb_array, through gym.make also rgb_array_list, or None; there is no window"
+            raise OptionError("render_mode", expected, render_mode)
         self.render_mode = render_mode
         self._scene = scene_of(scene, game)
         self._diagonal = self._scene.diagonal
-        self._pays_for, self._harm, self._stood = reward, HARM[reward], Standing(0, 0.0, 0, 0.0)
+        self._pays_for, self._harm, self._stood = reward, HARM[reward], NOTHING_YET
         self._layouts = StartingLayouts(self._scene, jitter)
         self._cameras = VisitCameras(self._scene, field_of_view(fov), game)
         self._control = self._new_control()
@@ -234,7 +235,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         self._movable = self._order[layout.movable[self._order]]
         self._reading.meet(layout, self._order)
         self._visits_left = self._options.visits
-        self._accuracy = 1.0
+        self._accuracy, self._stood = 1.0, NOTHING_YET
         self._trace, self._over = trace, False
         self._begin_visit()
         return self.observe(), self._info(0.0)
@@ -249,18 +250,18 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         if self._trace is None or self._over:
             raise gym.error.ResetNeeded("step() needs reset() first")
         values = checked_action(action, self._control.space)
-        self._trace.add(values)
-        before = self._standing(self._ambiguity())
+        self._trace.actions.append(values)
+        before = self._stood if self._pays_for == "identity" else self._standing(self._ambiguity())
         outcome = self._control.act(values, self._look, self._world, self._budget)
-        after, effort = before, 0.0
-        if outcome is not NOTHING or self._pays_for == "miscount":
-            ambiguity = before.ambiguity if outcome.sighting else self._ambiguity()
-            if outcome.over:
-                self._finish_visit(outcome.sighting)
-            after, effort = self._standing(ambiguity), outcome.motion.effort(self._diagonal)
+        if outcome is NOTHING and self._pays_for != "miscount":
+            return self._observed_on(), 0.0, False, False, self._info(0.0)
+        ambiguity = before.ambiguity if outcome.sighting else self._ambiguity()
+        if outcome.over:
+            self._finish_visit(outcome.sighting)
+        self._stood, effort = self._standing(ambiguity), outcome.motion.effort(self._diagonal)
         option = self._options
-        reward = float(option.sign * self._harm(before, after) - option.effort_weight * effort)
-        seen = self._observed(steered=not outcome.over)
+        reward = float(option.sign * self._harm(before, self._stood) - option.effort_weight * effort)
+        seen = self._observed() if outcome.over else self._observed_on()
         return seen, reward, self._over, False, self._info(effort)
 
     def action_masks(self) -> BoolArray:
@@ -282,7 +283,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
             gymnasium.error.ResetNeeded: there has been no episode yet.
         """
         self._require_reset()
-        return self._observed(steered=False)
+        return self._observed()
 
     @property
     def options(self) -> EnvOptions:
@@ -426,10 +427,15 @@ class FarmToTableEnv(gym.Env[Any, Any]):
             self._world.camera = self._cameras.draw(self.np_random)
             self._begin_visit()
 
-    def _observed(self, steered: bool) -> Any:
+    def _observed(self) -> Any:
+        self._reading.read(self._world)
+        return self._observation.observe(self._reading, self._left(), self._world)
+
+    def _observed_on(self) -> Any:
+        """The same, after a step that did not end the visit."""
         world, reading = self._world, self._reading
         reading.read(world)
-        return self._observation.observe(reading, self._left(), world, steered)
+        return self._observation.observe_on(reading, self._control.left, self._budget.left, world)
 
     def _ambiguity(self) -> float:
         if self._pays_for != "margin":
@@ -451,9 +457,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         world, pays_for = self._world, self._pays_for
         wrong = world.tracker.belief.wrong_labels
         if pays_for == "identity":
-            if wrong != self._stood.wrong:
-                self._stood = Standing(wrong, 0.0, 0, 0.0)
-            return self._stood
+            return self._stood if wrong == self._stood.wrong else Standing(wrong, 0.0, 0, 0.0)
         miscounts = world.miscounts if pays_for == "miscount" else 0
         clutter = self.view.clutter if pays_for == "clutter" else 0.0
         return Standing(wrong, ambiguity, miscounts, self._endpoint_error(), clutter)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray
-from farm_ar.envs.placing import place_in_turn
-from farm_ar.geometry import footprints_overlap, wrap
+from farm_ar.envs.placing import place_in_turn, poses_anywhere, poses_nearby
+from farm_ar.geometry import footprints_overlap
 from farm_ar.scenes import Layout, Scene
 
 FARM_DIAGONAL_M = float(np.hypot(1.2, 0.8))
@@ -62,6 +62,7 @@ class StartingLayouts:
         )
         self._keeps_clear = ~overlap | (jitter == "hard")
         room = scene.area / len(layout)
+        self._room, self._size = np.array(scene.size, dtype=np.float64), layout.size.copy()
         self._apart = min(HARD_SEPARATION_M * unit, ROOM_EACH * float(np.sqrt(room)))
 
     def draw(self, rng: np.random.Generator) -> Layout:
@@ -69,40 +70,24 @@ class StartingLayouts:
         layout = self._scene.layout
         if self._jitter == "none":
             return layout
+        hard = self._jitter == "hard"
         for restart in range(RESTARTS):
             turns = rng.permutation(self._movable)
-            hard, shape = self._jitter == "hard", (len(turns), TRIES, 3)
+            shape = (len(turns), TRIES, 3)
             drawn = rng.random(shape) if hard else rng.normal(size=shape)
-            size, clear = layout.size.copy(), self._keeps_clear
             apart = self._apart * 0.9 ** (restart // 10) if hard else 0.0
             for few in (FEW_TRIES, TRIES):
-                tries = (self._anywhere if hard else self._strewn)(turns, drawn[:, :few])
+                tries = self._poses(turns, np.ascontiguousarray(drawn[:, :few]), hard)
                 position, yaw, placed = layout.position.copy(), layout.yaw.copy(), layout.fixed.copy()
+                clear, size = self._keeps_clear, self._size
                 if place_in_turn(turns, tries, position, yaw, size, placed, clear, GAP_M, apart):
-                    return layout.with_poses(position, yaw)
+                    return layout.placed(position, yaw)
         return layout
 
-    def _strewn(self, turns: IntArray, drawn: FloatArray) -> FloatArray:
-        """(K, T, 3) poses near the scene's own, from normal numbers.
-
-        A heading near 0 stays within 30 degrees of it: were any allowed, turning alone would fool the rule.
-        """
-        layout, (metres, radians) = self._scene.layout, SPREADS[self._jitter]
-        tries = drawn * [metres * self._unit, metres * self._unit, radians]
-        tries[..., :2] += layout.position[turns, None]
-        home = layout.yaw[turns, None]
-        turned = wrap(tries[..., 2] + home)
-        near = np.abs(wrap(home)) <= YAW_LIMIT
-        tries[..., 2] = np.where(near, np.clip(turned, -YAW_LIMIT, YAW_LIMIT), turned)
-        return self._inside(tries, turns)
-
-    def _anywhere(self, turns: IntArray, drawn: FloatArray) -> FloatArray:
-        """(K, T, 3) poses all over the room, from numbers from 0 to 1."""
-        low, high = np.array([0.0, 0.0, -YAW_LIMIT]), np.array([*self._scene.size, YAW_LIMIT])
-        return self._inside(low + (high - low) * drawn, turns)
-
-    def _inside(self, tries: FloatArray, turns: IntArray) -> FloatArray:
-        """The poses, moved so far into the room that the objects fit however they are turned."""
-        edge = self._edge[turns, None]
-        tries[..., :2] = np.clip(tries[..., :2], edge, self._scene.size - edge)
-        return tries
+    def _poses(self, turns: IntArray, drawn: FloatArray, hard: bool) -> FloatArray:
+        """(K, T, 3) poses to try for each, from what was drawn."""
+        if hard:
+            return poses_anywhere(turns, drawn, self._edge, self._room, YAW_LIMIT)
+        home, (metres, radians) = self._scene.layout, SPREADS[self._jitter]
+        spread = (metres * self._unit, float(radians))
+        return poses_nearby(turns, drawn, home.position, home.yaw, self._edge, self._room, spread, YAW_LIMIT)

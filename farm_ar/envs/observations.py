@@ -6,8 +6,10 @@ from operator import itemgetter
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from gymnasium import spaces
 
+from farm_ar.envs import hand_step
 from farm_ar.envs.reading import NO_RIVAL, Reading
 from farm_ar.envs.worlds import World
 from farm_ar.game_logic.farm_game import FarmGame
@@ -58,26 +60,42 @@ class StateObservation:
         places = dict(zip(self._names, parts, strict=True))
         self._motion_left = (1.0, 1.0)
         self._parts_of = itemgetter(*parts)
-        self._budget_at, self._hand = places["budget"].start, places.get("hand")
+        self._budget, self._hand = places["budget"], places.get("hand")
+        self._budget_at = self._budget.start
 
-    def observe(self, reading: Reading, left: Left, world: World, steered: bool = False) -> Observation:
+    def observe(self, reading: Reading, left: Left, world: World) -> Observation:
         """The observation of one moment.
 
         Args:
             reading: the table.
             left: what is left of metres, radians, moves and visits, as shares.
             world: for its hand.
-            steered: since the last observation nothing but a step of the same visit has happened.
+        """
+        numbers = reading.numbers
+        numbers[self._budget] = left
+        if self._hand is not None:
+            assert isinstance(world, FarmGame)
+            world.steer_by(hand_step.steer_and_read, reading.sheet, reading.met, numbers)
+        return self._named(numbers)
+
+    def observe_on(
+        self, reading: Reading, moves_left: float, motion_left: tuple[float, float], world: World
+    ) -> Observation:
+        """The same, where since the last observation only the hand of the same visit was steered.
+
+        Args:
+            reading: the table.
+            moves_left: share of the moves, or of the time, that is left.
+            motion_left: shares of metres and of radians.
+            world: what the hand is in, which has told of it already.
         """
         numbers, at = reading.numbers, self._budget_at
-        numbers[at + 2] = left[2]
-        if not steered or left[:2] != self._motion_left:
-            numbers[at], numbers[at + 1], self._motion_left = left[0], left[1], left[:2]
-        if not steered:
-            numbers[at + 3] = left[3]
-            if self._hand is not None:
-                assert isinstance(world, FarmGame)
-                world.tell_hand(numbers[self._hand])
+        numbers[at + 2] = moves_left
+        if motion_left is not self._motion_left:
+            numbers[at], numbers[at + 1] = self._motion_left = motion_left
+        return self._named(numbers)
+
+    def _named(self, numbers: npt.NDArray[np.float32]) -> Observation:
         return dict(zip(self._names, self._parts_of(numbers.copy()), strict=True))
 
 
@@ -100,8 +118,14 @@ class PixelObservation:
         self._picture = TableFromAbove(scene, (width, self.HEIGHT))
         self.space: spaces.Space[Any] = spaces.Box(0, 255, (self.HEIGHT, width, 3), np.uint8)
 
-    def observe(self, reading: Reading, left: Left, world: World, steered: bool = False) -> Any:
+    def observe(self, reading: Reading, left: Left, world: World) -> Any:
         """The picture of now; the other arguments are not looked at."""
+        return self._picture.draw_small(world.moment(), self._white_box)
+
+    def observe_on(
+        self, reading: Reading, moves_left: float, motion_left: tuple[float, float], world: World
+    ) -> Any:
+        """The same."""
         return self._picture.draw_small(world.moment(), self._white_box)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import pi
+
 import numba
 import numpy as np
 
@@ -59,6 +61,84 @@ def place_in_turn(
         if not found:
             return False
     return True
+
+
+@numba.njit(cache=True, nogil=True)
+def wrapped(angle: float) -> float:
+    """`geometry.wrap` of one angle."""
+    turned = float(np.fmod(angle, 2 * pi))
+    if turned >= pi:
+        turned -= 2 * pi
+    if turned < -pi:
+        turned += 2 * pi
+    return turned
+
+
+@numba.njit(cache=True, nogil=True)
+def within(value: float, low: float, high: float) -> float:
+    """The value, or the limit that it is beyond."""
+    return min(max(value, low), high)
+
+
+@numba.njit(cache=True, nogil=True)
+def poses_nearby(
+    turns: IntArray,
+    drawn: FloatArray,
+    home: FloatArray,
+    heading: FloatArray,
+    edge: FloatArray,
+    room: FloatArray,
+    spread: tuple[float, float],
+    limit: float,
+) -> FloatArray:
+    """Poses near objects' own.
+
+    A heading near 0 stays near it: were any allowed, turning alone would fool the rule.
+
+    Args:
+        turns: (K,) the objects.
+        drawn: (K, T, 3) normal numbers.
+        home: (N, 2) where each object's own place is, metres.
+        heading: (N,) their own headings, radians.
+        edge: (N, 2) how far from the edges of the room they keep, metres.
+        room: (2,) its width and depth, metres.
+        spread: SD of position, metres, and of heading, radians.
+        limit: how near to 0 a heading stays that is so near, radians.
+
+    Returns:
+        (K, T, 3) x, z and yaw.
+    """
+    pose = np.empty(drawn.shape)
+    for k in range(len(turns)):
+        i = turns[k]
+        near = abs(wrapped(heading[i])) <= limit
+        for t in range(drawn.shape[1]):
+            for axis in range(2):
+                moved = drawn[k, t, axis] * spread[0] + home[i, axis]
+                pose[k, t, axis] = within(moved, edge[i, axis], room[axis] - edge[i, axis])
+            turned = wrapped(drawn[k, t, 2] * spread[1] + heading[i])
+            pose[k, t, 2] = within(turned, -limit, limit) if near else turned
+    return pose
+
+
+@numba.njit(cache=True, nogil=True)
+def poses_anywhere(
+    turns: IntArray, drawn: FloatArray, edge: FloatArray, room: FloatArray, limit: float
+) -> FloatArray:
+    """Poses all over a room, with headings near 0; arguments as for `poses_nearby`, but numbers from 0 to 1.
+
+    Returns:
+        (K, T, 3) x, z and yaw.
+    """
+    pose = np.empty(drawn.shape)
+    for k in range(len(turns)):
+        i = turns[k]
+        for t in range(drawn.shape[1]):
+            for axis in range(2):
+                place = room[axis] * drawn[k, t, axis]
+                pose[k, t, axis] = within(place, edge[i, axis], room[axis] - edge[i, axis])
+            pose[k, t, 2] = -limit + 2 * limit * drawn[k, t, 2]
+    return pose
 
 
 @numba.njit(cache=True, nogil=True)

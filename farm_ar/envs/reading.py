@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from farm_ar.arrays import FloatArray, IntArray
+from farm_ar.envs.meeting import FIXED, KIND, OBJECT, RIVALS, introduce
 from farm_ar.game_logic import sight
 from farm_ar.game_logic.compiling import compiled
 from farm_ar.reid import dimension_cost
@@ -25,26 +26,23 @@ MARGIN_SCALE = 0.3
 NO_RIVAL = 2.0
 """In place of a cost, where a kind has fewer objects than the largest one."""
 
-OBJECT, KIND, FIXED, RIVALS = range(4)
-"""Columns of the objects as they are met: their number, their kind, whether they never move; from there on
-those of their kind, -1 for none."""
-
 X, Z, ANGLE = range(3)
 """Columns of where objects are."""
 
 BELIEVED_X, BELIEVED_Z, BELIEVED_YAW, ELEVATION = range(4)
 """Columns of where they are believed to be, and how high they are."""
 
-WIDTH, DEPTH, TRANSLATION, ROTATION, KINDS, WHITE_BOX = range(6)
+WIDTH, DEPTH, TRANSLATION, ROTATION, KINDS, WHITE_BOX, CONSTANTS = range(7)
 """What does not change: the table's sides, metres; the costs' weights; how many kinds there are; whether
-what is believed is observed."""
+what is believed is observed; how many these are."""
 
 SEEN, FOUND, COSTS = range(3)
 """Columns of what was found last time: whether an object was in view, its margin, from there on its costs."""
 
-LEAST, AMBIGUITY = range(2)
+LEAST, AMBIGUITY, READ_AT, SUMMARY = range(4)
 """The smallest margin of a movable object in view, 1 where none has another choice; half the sum over those
-in view of 1 - margin / 0.3, each from 0 (clear) to 1 (a tie)."""
+in view of 1 - margin / 0.3, each from 0 (clear) to 1 (a tie); the `changes` of the world at which all this
+was read; how many numbers there are."""
 
 
 class Reading:
@@ -58,48 +56,44 @@ class Reading:
     Attributes:
         numbers: (length,) the observation, of the object parts as `observations` orders them; others are
             left.
-        summary: (2,) `LEAST` and `AMBIGUITY`.
+        summary: (SUMMARY,) `LEAST`, `AMBIGUITY` and `READ_AT`.
+        sheet: all that it keeps, as `pages` divides it.
+        met: (M, `RIVALS` + W) the objects as they are met.
     """
 
     def __init__(self, scene: Scene, white_box: bool, length: int) -> None:
         layout, weights = scene.layout, scene.cost_weights
         self.numbers: npt.NDArray[np.float32] = np.zeros(length, dtype=np.float32)
-        self.summary = np.array([1.0, 0.0])
-        self._widest = int(np.bincount(layout.category_code).max())
-        self._fixed = np.array(
-            [
-                *scene.size,
-                weights.translation / scene.diagonal,
-                weights.rotation,
-                len(layout.categories),
-                white_box,
-            ]
-        )
-        self._dimension = dimension_cost(layout.size, layout.size)
-        self._where = np.zeros((len(layout), ELEVATION + 1))
+        m, widest = len(layout), int(np.bincount(layout.category_code).max())
+        self.met = np.zeros((m, RIVALS + widest), dtype=np.int64)
+        self.sheet = np.zeros(SUMMARY + CONSTANTS + m * (m + ELEVATION + 1 + COSTS + widest))
+        self.summary, self._fixed, self._where, self._dimension, self._known = pages(self.sheet, m, widest)
+        self.summary[LEAST], self._known[:] = 1.0, np.nan
+        self._fixed[WIDTH], self._fixed[DEPTH] = scene.size
+        self._fixed[TRANSLATION] = weights.translation / scene.diagonal
+        self._fixed[ROTATION], self._fixed[KINDS] = weights.rotation, len(layout.categories)
+        self._fixed[WHITE_BOX] = white_box
+        self._dimension[:] = dimension_cost(layout.size, layout.size)
         self._where[:, ELEVATION] = layout.elevation
-        self._known = np.full((len(layout), COSTS + self._widest), np.nan)
-        self._met = np.zeros((len(layout), RIVALS + self._widest), dtype=np.int64)
-        self._of: tuple[object, ...] = ()
+        self._world: World | None = None
         self._believed: Layout | None = None
         self._camera: Camera | None = None
         self._eye = np.zeros(sight.LOOKS)
 
     def meet(self, layout: Layout, order: IntArray) -> None:
         """From now on the objects are met in another order, (M,)."""
-        code, fixed = layout.category_code.tolist(), layout.fixed.tolist()
-        numbers = order.tolist()
-        same: list[list[int]] = [
-            [i for i in numbers if code[i] == kind] for kind in range(len(layout.categories))
-        ]
-        rivals = [kind + [-1] * (self._widest - len(kind)) for kind in same]
-        self._met[:] = [[i, code[i], fixed[i], *rivals[code[i]]] for i in numbers]
-        self._known[:], self._of = np.nan, ()
+        introduce(order, layout.category_code, layout.fixed, self.met)
+        self._known[:], self._world = np.nan, None
 
     def read(self, world: World) -> None:
         """Bring `numbers` and `summary` up to date."""
         camera, believed, changes = world.camera, world.tracker.belief.layout, world.changes
-        if self._of == (world, camera, believed, changes):
+        if (
+            changes == self.summary.item(READ_AT)
+            and believed is self._believed
+            and camera is self._camera
+            and world is self._world
+        ):
             return
         if believed is not self._believed:
             self._where[:, BELIEVED_X : BELIEVED_Z + 1] = believed.position
@@ -110,14 +104,35 @@ class Reading:
             world.places,
             self._where,
             self._eye,
-            self._met,
+            self.met,
             self._dimension,
             self._fixed,
             self._known,
             self.numbers,
             self.summary,
         )
-        self._of = (world, camera, believed, changes)
+        self._world, self.summary[READ_AT] = world, changes
+
+
+@compiled
+def pages(
+    sheet: FloatArray, m: int, widest: int
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """What a reading of M objects, of one kind at most `widest`, keeps: parts of one array.
+
+    Returns:
+        Summary and constants; where objects are believed to be; what their sizes cost; what was found.
+    """
+    where = SUMMARY + CONSTANTS
+    dimension = where + (ELEVATION + 1) * m
+    known = dimension + m * m
+    return (
+        sheet[:SUMMARY],
+        sheet[SUMMARY:where],
+        sheet[where:dimension].reshape(m, ELEVATION + 1),
+        sheet[dimension:known].reshape(m, m),
+        sheet[known:].reshape(m, COSTS + widest),
+    )
 
 
 @compiled

@@ -24,6 +24,9 @@ class Standing(NamedTuple):
     clutter: float = 0.0
 
 
+NOTHING_YET = Standing(0, 0.0, 0, 0.0)
+"""At the start of an episode, for a reward that looks at wrong labels only."""
+
 MARGIN_SHARE = 0.5
 """What a unit of ambiguity, or of clutter, is worth beside a wrong label."""
 

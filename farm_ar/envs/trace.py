@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from farm_ar import __version__
 from farm_ar.arrays import FloatArray
@@ -43,10 +42,6 @@ class Trace:
     def begin(cls, rng: np.random.Generator, options: Mapping[str, Any]) -> Trace:
         """The trace of an episode that begins now."""
         return cls(dict(rng.bit_generator.state), {name: _as_json(value) for name, value in options.items()})
-
-    def add(self, action: npt.NDArray[Any]) -> None:
-        """One more action."""
-        self.actions.append(action.tolist())
 
     def as_json(self, arguments: Mapping[str, Any], digest: str, again: FarmToTableEnv) -> dict[str, Json]:
         """All that `replay` needs, as JSON values.

@@ -109,7 +109,7 @@ class PlainScene:
     def truth(self) -> Layout:
         """Where everything really is."""
         if self._truth is None:
-            self._truth = self.tracker.scene.layout.with_poses(self._position, self._yaw)
+            self._truth = self.tracker.scene.layout.placed(self._position.copy(), self._yaw.copy())
         return self._truth
 
     def begin_visit(self, camera: Camera | None = None) -> None:

@@ -83,7 +83,7 @@ class Belief:
                 self._holder[index] = source[k]
         self._wrong_labels = int(self.wrong.sum())
         before = self._layout
-        self._layout = before.with_poses(position, yaw)
+        self._layout = before.placed(position, yaw)
         moved = np.abs(position - before.position).max(axis=1, initial=0.0)
         changed: BoolArray = np.maximum(moved, np.abs(wrap(yaw - before.yaw))) > SAME
         return changed

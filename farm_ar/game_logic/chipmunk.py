@@ -6,12 +6,13 @@ the price of a function call. Objects are passed as their addresses, vectors as 
 
 How: the functions' addresses are made known to LLVM by name, so that compiled code which Numba keeps on disk
 finds them in the next process, too. Each is declared by what pymunk's cffi says that it takes and returns;
-nothing but pointers, doubles and `cpVect`, a struct of two doubles, is understood. By the calling
-conventions of 64-bit x86 and ARM, but not of Windows, such a struct travels like two doubles. Where that
-does not hold, `BRIDGED` is false, `compiled` leaves functions as they are, and the same code runs in Python,
-through cffi, to the same bytes.
+nothing but pointers, ints, doubles, `cpVect`, a struct of two doubles, and `cpShapeFilter`, one of an address
+and two ints, is understood. By the calling conventions of 64-bit x86 and ARM, but not of Windows, the former
+travels like two doubles, the latter like two addresses. Where that does not hold, `BRIDGED` is false,
+`compiled` leaves functions as they are, and the same code runs in Python, through cffi, to the same bytes.
 
-Nobody but `physics` and `plane_kernels` needs to know of this. Whoever makes an object here has to free it.
+Nobody but `plane_parts` and what works on a `plane` needs to know of this. Whoever makes an object here has
+to free it.
 """
 
 from __future__ import annotations
@@ -39,6 +40,10 @@ BRIDGED = os.name == "posix" and platform.machine().lower() in ("x86_64", "amd64
 _DOUBLE, _ADDRESS = ir.DoubleType(), ir.IntType(64)
 _VECTOR = ir.LiteralStructType([_DOUBLE, _DOUBLE])
 
+_WHOLE = {"pointer": 1, "int": 1, "struct cpShapeFilter": 2, "double": 0, "struct cpVect": 0}
+_BROKEN = {"pointer": 0, "int": 0, "struct cpShapeFilter": 0, "double": 1, "struct cpVect": 2}
+"""By what a function takes: as how many addresses and as how many doubles that travels."""
+
 
 def compiled(function: Function) -> Function:
     """The function, compiled if what it calls can be called from compiled code."""
@@ -51,18 +56,18 @@ def address(thing: Any) -> int:
 
 
 def _kind(ctype: Any) -> str:
-    if ctype.kind in ("pointer", "void"):
-        return str(ctype.kind)
-    if ctype.cname in ("double", "struct cpVect"):
-        return str(ctype.cname)
-    raise ImportError(f"pymunk's Chipmunk takes or returns {ctype.cname}, which farm-ar does not know")
+    kind = str(ctype.kind if ctype.kind in ("pointer", "void") else ctype.cname)
+    if kind != "void" and kind not in _WHOLE:
+        raise ImportError(f"pymunk's Chipmunk takes or returns {ctype.cname}, which farm-ar does not know")
+    return kind
 
 
 def foreign(name: str) -> Callable[..., Any]:
     """One of Chipmunk's functions, to be called from Python, and by its global name from compiled code.
 
     Args:
-        name: of the C function; its arguments become an int for each pointer, two floats for each vector.
+        name: of the C function; its arguments become an int for each pointer, two floats for each vector,
+            and 0 and what `touches` gives for each filter.
 
     Raises:
         ImportError: it takes or returns something else.
@@ -75,8 +80,13 @@ def foreign(name: str) -> Callable[..., Any]:
         for argument, kind in zip(form.args, takes, strict=True):
             if kind == "pointer":
                 arguments.append(ffi.cast(argument, int(rest.pop(0))))
+            elif kind == "struct cpVect":
+                arguments.append((rest.pop(0), rest.pop(0)))
+            elif kind == "struct cpShapeFilter":
+                group, both = int(rest.pop(0)), int(rest.pop(0))
+                arguments.append((group, both & 0xFFFFFFFF, both >> 32 & 0xFFFFFFFF))
             else:
-                arguments.append((rest.pop(0), rest.pop(0)) if kind == "struct cpVect" else rest.pop(0))
+                arguments.append(rest.pop(0))
         result = function(*arguments)
         if returns == "pointer":
             return address(result)
@@ -105,7 +115,7 @@ def _declare(call: Callable[..., Any], symbol: str, takes: list[str], returns: s
     }
     arguments: list[Any] = []
     for kind in takes:
-        arguments += [number, number] if kind == "struct cpVect" else [high[kind]]
+        arguments += [pointer] * _WHOLE[kind] + [number] * _BROKEN[kind]
     form = ir.FunctionType(low[returns], [_ADDRESS if one is pointer else _DOUBLE for one in arguments])
 
     cases = [typing.signature(high[returns], *arguments)]
@@ -125,7 +135,24 @@ def _declare(call: Callable[..., Any], symbol: str, takes: list[str], returns: s
     lowering(call, *arguments)(lower)
 
 
-step_space = foreign("cpSpaceStep")
+@compiling.compiled
+def touches(categories: int, others: int) -> int:
+    """A filter's second half: what a shape is, and which others it collides with (-1 for any), as bits."""
+    return categories | others << 32
+
+
+new_space, free_space = foreign("cpSpaceNew"), foreign("cpSpaceFree")
+set_damping, set_iterations = foreign("cpSpaceSetDamping"), foreign("cpSpaceSetIterations")
+set_slop, set_bias = foreign("cpSpaceSetCollisionSlop"), foreign("cpSpaceSetCollisionBias")
+set_sleep_time = foreign("cpSpaceSetSleepTimeThreshold")
+set_sleep_speed = foreign("cpSpaceSetIdleSpeedThreshold")
+step_space, static_body = foreign("cpSpaceStep"), foreign("cpSpaceGetStaticBody")
+new_body, new_static_body = foreign("cpBodyNew"), foreign("cpBodyNewStatic")
+new_kinematic_body, free_body = foreign("cpBodyNewKinematic"), foreign("cpBodyFree")
+moment_of_box = foreign("cpMomentForBox")
+new_box, new_circle = foreign("cpBoxShapeNew"), foreign("cpCircleShapeNew")
+new_polygon, free_shape = foreign("cpPolyShapeNewRaw"), foreign("cpShapeFree")
+set_friction, set_filter = foreign("cpShapeSetFriction"), foreign("cpShapeSetFilter")
 add_body, remove_body = foreign("cpSpaceAddBody"), foreign("cpSpaceRemoveBody")
 add_shape, remove_shape = foreign("cpSpaceAddShape"), foreign("cpSpaceRemoveShape")
 add_constraint, remove_constraint = foreign("cpSpaceAddConstraint"), foreign("cpSpaceRemoveConstraint")

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from enum import Enum
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.errors import SceneError
-from farm_ar.game_logic import kernels, sight, steering
-from farm_ar.game_logic import plane_kernels as plane
+from farm_ar.game_logic import guiding, plane, running, sight, steering
 from farm_ar.game_logic.counters import Counters
 from farm_ar.game_logic.flock import Flock
 from farm_ar.game_logic.lanes import Lanes
@@ -49,8 +49,11 @@ class Phase(Enum):
 
 UNMOVED = Motion()
 
-Running = tuple[IntArray, FloatArray, FloatArray, FloatArray, IntArray]
-"""What `kernels.run` works on: the flock's arrays, the lanes, the counters."""
+Steer = Callable[..., bool]
+"""`steering.steer`, or a kernel that does the same and more."""
+
+Running = tuple[FloatArray, FloatArray, FloatArray, FloatArray, IntArray]
+"""What `running.run` works on: the flock's arrays, the lanes, the counters."""
 
 
 class FarmGame:
@@ -85,6 +88,11 @@ class FarmGame:
         if not layout.fixed.any():
             raise SceneError("objects", "must hold a fixed one, the shed", list(layout.labels))
         self.scene, self.rng = scene, rng
+        self._visit = np.zeros(steering.VISIT)
+        self._phase = self._visit[: steering.WAY_AT]
+        self._way = self._visit[steering.WAY_AT : steering.EYE_AT]
+        self._eye = self._visit[steering.EYE_AT : steering.OUTCOME_AT]
+        self._outcome = self._visit[steering.OUTCOME_AT :]
         self.camera = camera
         self.tabletop = Tabletop(layout, scene.size)
         self.tracker = Tracker(scene, layout, make_reid, perception)
@@ -92,8 +100,8 @@ class FarmGame:
         self.counters = Counters.zero(len(layout))
         self.flock = Flock(ANIMAL_SPEED_M_S)
         self.sightings: list[Sighting] = []
-        self._phase = np.zeros(steering.PHASES)
-        self._told = np.zeros(steering.TOLD, dtype=np.float32)
+        self._steer: Steer = steering.steer
+        self._told: tuple[npt.NDArray[Any], ...] = (np.zeros(steering.TOLD, dtype=np.float32),)
         self._shed = int(np.flatnonzero(layout.fixed)[0])
         self._goals = np.flatnonzero(layout.movable)
         self._lanes = Lanes(self._goals, self._shed, rng)
@@ -111,7 +119,7 @@ class FarmGame:
 
     @camera.setter
     def camera(self, camera: Camera) -> None:
-        self._camera, self._eye = camera, sight.eye_of(camera)
+        self._camera, self._eye[:] = camera, sight.eye_of(camera)
 
     @property
     def phase(self) -> Phase:
@@ -121,12 +129,12 @@ class FarmGame:
     @property
     def phase_name(self) -> str:
         """The same as text."""
-        return "hand" if self._phase[steering.VISITED] else "play"
+        return "hand" if self._phase.item(steering.VISITED) else "play"
 
     @property
     def clock(self) -> float:
         """Seconds played so far."""
-        return float(self.flock.clock[kernels.NOW])
+        return float(self.flock.clock[running.NOW])
 
     @property
     def truth(self) -> Layout:
@@ -141,7 +149,7 @@ class FarmGame:
     @property
     def changes(self) -> float:
         """How often that has changed."""
-        return float(self.tabletop.arrays[1][plane.CHANGES])
+        return self._steered[1].item(plane.CHANGES)
 
     @property
     def believed(self) -> Layout:
@@ -151,7 +159,7 @@ class FarmGame:
     @property
     def miscounts(self) -> int:
         """Animals so far that did not get into the building of their colour."""
-        return int(self.flock.clock[kernels.ASTRAY])
+        return int(self.flock.clock.item(running.ASTRAY))
 
     def moment(self, caption: str = "") -> Moment:
         """All there is to see now."""
@@ -260,11 +268,11 @@ class FarmGame:
 
         It stops before it is more, and then touches nothing any more.
         """
-        self._way = np.zeros(plane.WAYS)
+        self._way[:] = 0.0
         limits = most or Most()
-        self._way[plane.LIMIT_METRES : plane.DIAGONAL + 1] = limits.as_row()
+        self._way[guiding.LIMIT_METRES : guiding.DIAGONAL + 1] = limits.as_row()
         moved = self.tabletop.moved
-        self._way[plane.BEGAN_METRES], self._way[plane.BEGAN_RADIANS] = moved.metres, moved.radians
+        self._way[guiding.BEGAN_METRES], self._way[guiding.BEGAN_RADIANS] = moved.metres, moved.radians
 
     def withdraw_hand(self) -> tuple[Motion, Sighting | None]:
         """The hand lets go and is gone at once.
@@ -298,33 +306,18 @@ class FarmGame:
         Returns:
             What they did to the buildings, how many there were, and the sighting if they ended a visit.
         """
-        passed, over, metres, radians = 0, False, 0.0, 0.0
-        handle, state, box = self._steered
+        passed, over, metres, radians = 0, 0.0, 0.0, 0.0
         while passed < ticks and not over:
-            if self._by_geometry:
-                order, animal, clock, lane, counts = self._running
-                done, over, pending, way, turn = steering.steer(
-                    handle,
-                    state,
-                    box,
-                    self._eye,
-                    self._way,
-                    self._phase,
-                    order,
-                    animal,
-                    clock,
-                    lane,
-                    counts,
-                    vx,
-                    vz,
-                    -twist,
-                    grip,
-                    ticks - passed,
-                    self._told,
-                )
-            else:
-                done, over, pending, way, turn = self._tick_and_look(vx, vz, -twist, grip)
-            passed, metres, radians = passed + done, metres + way, radians + turn
+            left = ticks - passed
+            if not self._by_geometry:
+                self._tick_and_look(vx, vz, -twist, grip)
+            elif not self._steer(
+                *self._steered, self._visit, *self._running, vx, vz, -twist, grip, left, *self._told
+            ):
+                passed = ticks
+                break
+            done, over, pending, way, turn = self._outcome.tolist()
+            passed, metres, radians = passed + int(done), metres + way, radians + turn
             if pending:
                 self._run(pending * TICK_S)
         motion = Motion(metres, radians) if metres or radians else UNMOVED
@@ -334,23 +327,26 @@ class FarmGame:
         self.tabletop.settle()
         return motion + (self.tabletop.moved - before), passed, self.end_visit()
 
-    def _tick_and_look(
-        self, vx: float, vz: float, spin: float, grip: bool
-    ) -> tuple[int, bool, float, float, float]:
+    def _tick_and_look(self, vx: float, vz: float, spin: float, grip: bool) -> None:
         """What `steering.steer` does in a tick, with a detector of its own."""
         before, phase = self.tabletop.moved, self._phase
         steering.press(*self._steered, self._eye, self._way, vx, vz, spin, grip)
         over = bool(steering.watch(self._steered[1], phase, self.sees_hand()))
-        steering.tell(self._steered[0], self._steered[1], phase, self._told)
+        steering.tell(self._steered[0], self._steered[1], phase, self._told[-1][-steering.TOLD :])
         pending, phase[steering.PENDING] = float(phase[steering.PENDING]), 0.0
-        motion = self.tabletop.moved - before
-        return 1, over, pending, motion.metres, motion.radians
+        self._outcome[:] = 1.0, over, pending, *(self.tabletop.moved - before)
 
-    def tell_hand(self, told: npt.NDArray[np.float32]) -> None:
-        """Fill in what an observation has of the hand, (8,), by `steering.tell`, now and in every `steer`."""
-        self._told = told
+    def steer_by(self, steer: Steer, *told: npt.NDArray[Any]) -> None:
+        """Have another kernel do what `steering.steer` does, and more.
+
+        Args:
+            steer: takes its arguments, but others in place of its last, `told`.
+            told: these. The last of them ends with the (8,) numbers that `steering.tell` has of the hand,
+                which are filled in now, too.
+        """
+        self._steer, self._told = steer, told
         handle, state, _ = self._steered
-        steering.tell(handle, state, self._phase, told)
+        steering.tell(handle, state, self._phase, told[-1][-steering.TOLD :])
 
     def sees_hand(self) -> bool:
         """Whether the hand detector sees the hand now."""
@@ -360,10 +356,10 @@ class FarmGame:
         """Let the animals run."""
         if self._phase[steering.KNOWN] != self._steered[1][plane.CHANGES]:
             self._look_ahead()
-        end = self.flock.clock[kernels.NOW] + seconds
+        end = self.flock.clock[running.NOW] + seconds
         while True:
-            order, animal, clock, lane, counts = self._running
-            if kernels.run(order, animal, clock, lane, counts, end):
+            queue, animal, clock, lane, counts = self._running
+            if running.run(queue, animal, clock, lane, counts, end):
                 return
             self._make_room(1)
 
@@ -386,13 +382,13 @@ class FarmGame:
         """Fill the lanes with animals that left before the game began, and forget those that are home."""
         clock, n = self.flock.clock, len(self._goals)
         if animals_a_second <= 0:
-            clock[kernels.PERIOD] = np.inf
+            clock[running.PERIOD] = np.inf
             return
-        clock[kernels.PERIOD] = n / animals_a_second
-        each = int(np.ceil(WARM_UP_S / clock[kernels.PERIOD]))
-        clock[kernels.SENT] = -n * each
-        self._make_room(n * each)
-        clock[kernels.NOW] = -each * clock[kernels.PERIOD]
-        self.play(-clock[kernels.NOW])
-        clock[[kernels.NOW, kernels.ASTRAY]] = 0.0
+        clock[running.PERIOD] = n / animals_a_second
+        each = int(np.ceil(WARM_UP_S / clock[running.PERIOD]))
+        clock[running.SENT] = -n * each
+        self._make_room(n * each // 2)  # for about those that are still on their way
+        clock[running.NOW] = -each * clock[running.PERIOD]
+        self.play(-clock[running.NOW])
+        clock[[running.NOW, running.ASTRAY]] = 0.0
         self.counters.counts[:] = 0

@@ -9,9 +9,8 @@ import numpy.typing as npt
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray, read_only
 from farm_ar.errors import OptionError
-from farm_ar.game_logic import kernels
+from farm_ar.game_logic import arc_length, entering, running
 from farm_ar.game_logic.paths import clear_curve, door, running_curve, target
-from farm_ar.geometry import move_end
 
 __all__ = ["Arrivals", "Flock", "clear_curve", "door", "running_curve", "target"]
 
@@ -54,24 +53,24 @@ class Flock:
         if not (np.isfinite(speed) and speed > 0):
             raise OptionError("speed", "must be a positive number of metres a second", speed)
         self.speed = float(speed)
-        self.clock = np.zeros(kernels.CLOCKS)
-        self.clock[kernels.PACE], self.clock[kernels.NEXT] = self.speed, np.inf
-        self._order = np.empty(0, dtype=np.int64)
-        self._animal = np.empty((0, kernels.ANIMAL))
+        self.clock = np.zeros(running.CLOCKS)
+        self.clock[running.PACE], self.clock[running.NEXT] = self.speed, np.inf
+        self._queue = np.empty((0, running.TURN))
+        self._animal = np.empty((0, running.ANIMAL))
         self.box: FloatArray | None = None
 
     def __len__(self) -> int:
-        return int(self.clock[kernels.RUNNERS])
+        return int(self.clock[running.RUNNERS])
 
     @property
-    def arrays(self) -> tuple[IntArray, FloatArray, FloatArray]:
-        """Order, animals and clock, for compiled kernels."""
-        return self._order, self._animal, self.clock
+    def arrays(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Queue, animals and clock, for compiled kernels."""
+        return self._queue, self._animal, self.clock
 
     @property
     def goal(self) -> IntArray:
         """(A,) index of the label that each animal wants to get to."""
-        goal: IntArray = self._animal[self._live, kernels.GOAL].astype(np.int64)
+        goal: IntArray = self._animal[self._live, running.GOAL].astype(np.int64)
         return goal
 
     @property
@@ -106,24 +105,26 @@ class Flock:
             raise ValueError(
                 f"goal and curve must be (K,) and (K, 4, 2), got {goals.shape} and {curves.shape}"
             )
-        begin = self.clock[kernels.NOW] + np.broadcast_to(np.asarray(delay, dtype=np.float64), goals.shape)
+        begin = self.clock[running.NOW] + np.broadcast_to(np.asarray(delay, dtype=np.float64), goals.shape)
         if not (np.isfinite(curves).all() and np.isfinite(begin).all()):
             raise ValueError("curve and delay must be finite")
         live, more = len(self), len(goals)
         self.make_room(more)
-        slots = self._order[live : live + more]
-        self._animal[slots, kernels.GOAL], self._animal[slots, kernels.ZERO] = goals, begin
-        self.clock[kernels.RUNNERS] = live + more
+        slots = self._slots(live, live + more)
+        self._animal[slots, running.GOAL], self._animal[slots, running.ZERO] = goals, begin
+        self.clock[running.RUNNERS] = live + more
         self._set_curves(slots, curves)
 
     def make_room(self, more: int) -> None:
         """Have room for so many animals more."""
-        held, needed = len(self._order), len(self) + more
+        held, needed = len(self._queue), len(self) + more
         if needed <= held:
             return
         room = max(needed, 2 * held, 64) - held
-        self._order = np.concatenate([self._order, np.arange(held, held + room)])
-        self._animal = np.concatenate([self._animal, np.zeros((room, kernels.ANIMAL))])
+        free = np.zeros((room, running.TURN))
+        free[:, running.SLOT] = np.arange(held, held + room)
+        self._queue = np.concatenate([self._queue, free])
+        self._animal = np.concatenate([self._animal, np.zeros((room, running.ANIMAL))])
 
     def redirect(self, goal_end: FloatArray, changed: BoolArray) -> None:
         """Move the ends of the curves that lead to labels now believed elsewhere.
@@ -144,13 +145,8 @@ class Flock:
             raise ValueError(
                 f"goal_end and changed must be (M, 2) and (M,), got {goal_end.shape}, {changed.shape}"
             )
-        goal = self.goal
-        turned = changed[goal]
-        if turned.any():
-            slots, now = self._live[turned], self.clock[kernels.NOW]
-            rest = move_end(self._rest(slots), goal_end[goal[turned]])
-            self._animal[slots, kernels.ZERO] = np.maximum(self._animal[slots, kernels.ZERO], now)
-            self._set_curves(slots, rest)
+        if running.redirect(*self.arrays, np.array(goal_end, order="C"), np.array(changed)):
+            self.box = None
 
     def play(
         self, seconds: float, position: FloatArray, yaw: FloatArray, size: FloatArray, obstacles: BoolArray
@@ -177,13 +173,15 @@ class Flock:
         if not 0 <= seconds < np.inf:
             raise ValueError(f"seconds must be finite and not negative, got {seconds}")
         self.look_ahead(position, yaw, size, obstacles)
-        live, begin = len(self), self.clock[kernels.NOW]
-        goal, into, due = np.empty(live, np.int64), np.empty(live, np.int64), np.empty(live)
-        arrived = kernels.take_in(self._order, self._animal, self.clock, begin + seconds, goal, into, due)
+        begin = self.clock[running.NOW]
+        arrived = running.take_in(self._queue, self.clock, begin + seconds)
         if not arrived:
             return _NOBODY
-        first = np.argsort(due[:arrived], kind="stable")
-        return Arrivals(goal[first], into[first], due[first] - begin)
+        live = len(self)
+        due = self._queue[live : live + arrived, running.DUE]
+        first = np.argsort(due, kind="stable")
+        home = self._animal[self._slots(live, live + arrived)[first], : running.ZERO].astype(np.int64)
+        return Arrivals(home[:, running.GOAL], home[:, running.INTO], due[first] - begin)
 
     def look_ahead(
         self, position: FloatArray, yaw: FloatArray, size: FloatArray, obstacles: BoolArray
@@ -191,7 +189,7 @@ class Flock:
         """Find out anew who arrives where and when, if the buildings have moved; arguments as for `play`.
 
         Returns:
-            Their footprints, as `kernels.boxes` has them, if they have; else None.
+            Their footprints, as `entering.boxes` has them, if they have; else None.
         """
         # Copies, because read-only or transposed arrays would have the kernels compiled once more.
         centre, turned = np.array(position, np.float64, order="C"), np.array(yaw, np.float64, order="C")
@@ -202,47 +200,52 @@ class Flock:
             raise ValueError(
                 f"position, yaw, size, obstacles must be (N, 2), (N,), (N, 3), (N,), got {shapes}"
             )
-        box = kernels.boxes(centre, turned, sides, enterable)
+        box = entering.boxes(centre, turned, sides, enterable)
         if self.box is not None and np.array_equal(self.box, box, equal_nan=True):
             return None
         self.box = box
-        kernels.foresee(*self.arrays, box)
+        running.foresee(*self.arrays, box)
         return box
 
     @property
     def _live(self) -> IntArray:
         """(A,) slots of those on their way, in the order in which they were added."""
-        return self._order[: len(self)]
+        return self._slots(0, len(self))
+
+    def _slots(self, begin: int, end: int) -> IntArray:
+        """Slots of a part of the queue."""
+        slots: IntArray = self._queue[begin:end, running.SLOT].astype(np.int64)
+        return slots
 
     def _along(self, slots: IntArray) -> FloatArray:
         """(C,) how far they have run, metres; 0 for those that wait."""
-        ran = self.speed * (self.clock[kernels.NOW] - self._animal[slots, kernels.ZERO])
+        ran = self.speed * (self.clock[running.NOW] - self._animal[slots, running.ZERO])
         along: FloatArray = np.maximum(ran, 0.0)
         return along
 
     def _curves(self, slots: IntArray) -> tuple[FloatArray, FloatArray]:
         """(C, 4, 2) the curves of animals, and (C,) the parameters where they are on them."""
-        curve = self._animal[slots, kernels.CURVE :].reshape(-1, 4, 2)
+        curve = self._animal[slots, running.CURVE :].reshape(-1, 4, 2)
         parameter = np.empty(len(curve))
-        kernels.locate(curve, self._along(slots), parameter)
+        arc_length.locate(curve, self._along(slots), parameter)
         return curve, parameter
 
     def _stand(self) -> tuple[FloatArray, FloatArray]:
         """(A, 2) positions and (A,) headings."""
         position, yaw = np.empty((len(self), 2)), np.empty(len(self))
-        kernels.stand(*self._curves(self._live), position, yaw)
+        running.stand(*self._curves(self._live), position, yaw)
         return position, yaw
 
     def _rest(self, slots: IntArray) -> FloatArray:
         """(C, 4, 2) what is left of the curves of animals, from exactly where they stand."""
         curve, parameter = self._curves(slots)
         rest = np.empty_like(curve)
-        kernels.cut(curve, parameter, rest)
+        running.cut(curve, parameter, rest)
         return rest
 
     def _set_curves(self, slots: IntArray, curve: FloatArray) -> None:
         """Give animals other curves, (C, 4, 2)."""
-        self._animal[slots, kernels.CURVE :] = curve.reshape(-1, 8)
+        self._animal[slots, running.CURVE :] = curve.reshape(-1, 8)
         self.box = None
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from farm_ar.arrays import FloatArray
-from farm_ar.game_logic.plane_kernels import HAND_RADIUS, MAX_HAND_SPEED, MAX_TWIST
+from farm_ar.game_logic.arm import HAND_RADIUS, MAX_HAND_SPEED, MAX_TWIST
 
 __all__ = ["HAND_RADIUS", "MAX_HAND_SPEED", "MAX_TWIST", "HandState"]
 

@@ -53,9 +53,16 @@ def random_camera(scene: Scene, fov: FieldOfView, rng: np.random.Generator) -> C
     another the same in proportion to its sides.
     """
     width, depth = scene.size
-    eye = np.array([width * rng.uniform(0.25, 0.75), depth * rng.uniform(-0.5, -0.3125)])
-    target = np.array([width * rng.uniform(1 / 12, 11 / 12), depth * rng.uniform(0.375, 0.75)])
-    return look_at(eye, target, fov, EYE_HEIGHT_M * depth / 0.8)
+    x, z = width * rng.uniform(0.25, 0.75), depth * rng.uniform(-0.5, -0.3125)
+    dx, dz = width * rng.uniform(1 / 12, 11 / 12) - x, depth * rng.uniform(0.375, 0.75) - z
+    height = EYE_HEIGHT_M * depth / 0.8
+    return Camera.trusted(
+        position=np.array([x, z]),
+        yaw=np.array(np.arctan2(dx, dz)),
+        fov=fov,
+        height=np.array(height),
+        pitch=np.array(-np.arctan2(height, np.sqrt(dx * dx + dz * dz))),
+    )
 
 
 def gaze_target(scene: Scene, gaze: str, seconds: float = 0.0) -> FloatArray:

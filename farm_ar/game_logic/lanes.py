@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray
-from farm_ar.game_logic import kernels
+from farm_ar.game_logic import dodging, running
 from farm_ar.game_logic.paths import SHAPE, bows
 from farm_ar.scenes import Layout
 
@@ -14,6 +16,12 @@ LANES = 4
 
 PATH_SPREAD_M = 0.03
 """How far to the side of one another animals of one colour run, standard deviation."""
+
+
+@lru_cache(maxsize=16)
+def _room(table: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
+    """How far curves may bow out on a table of that size, and the size; not to be written to."""
+    return bows(table), np.array(table, dtype=np.float64)
 
 
 class Lanes:
@@ -25,18 +33,18 @@ class Lanes:
         rng: where the lanes' spread comes from.
 
     Attributes:
-        lane: (n, LANES, `kernels.LANE`) as `kernels.run` wants them.
+        lane: (n, LANES, `dodging.LANE`) as `running.run` wants them.
     """
 
     def __init__(self, goals: IntArray, shed: int, rng: np.random.Generator) -> None:
         self._shed = shed
         self._spread = PATH_SPREAD_M * rng.normal(size=(len(goals), LANES))
-        self.lane = np.zeros((len(goals), LANES, kernels.LANE))
+        self.lane = np.zeros((len(goals), LANES, dodging.LANE))
         self.lane[..., 0] = goals[:, None]
 
     def lead_to(self, believed: Layout, table: tuple[float, float]) -> None:
         """Lead to where the labels are believed to be now, past other buildings, on a table of that size."""
-        kernels.lead(
+        dodging.lead(
             self.lane,
             self._spread,
             self._shed,
@@ -46,10 +54,9 @@ class Lanes:
             believed.size.copy(),
             believed.movable.copy(),
             SHAPE,
-            bows(table),
-            np.array(table, dtype=np.float64),
+            *_room(table),
         )
 
     def look_ahead(self, box: FloatArray) -> None:
-        """Find out where lanes end, if buildings stand as in `box`, (N, 8) from `kernels.boxes`."""
-        kernels.lanes_end(self.lane, box)
+        """Find out where lanes end, if buildings stand as in `box`, (N, 8) from `entering.boxes`."""
+        running.lanes_end(self.lane, box)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+_HALF_TURN = float(np.pi)
 
-@dataclass(frozen=True)
-class Motion:
+
+class Motion(NamedTuple):
     """What happened to all objects together, those that were pushed included.
 
     Args:
@@ -19,7 +20,7 @@ class Motion:
     metres: float = 0.0
     radians: float = 0.0
 
-    def __add__(self, other: Motion) -> Motion:
+    def __add__(self, other: Motion) -> Motion:  # type: ignore[override]  # two motions are no longer tuple
         return Motion(self.metres + other.metres, self.radians + other.radians)
 
     def __sub__(self, other: Motion) -> Motion:
@@ -27,4 +28,4 @@ class Motion:
 
     def effort(self, diagonal: float) -> float:
         """Metres as a share of a scene's diagonal, plus radians as a share of half a turn."""
-        return self.metres / diagonal + self.radians / float(np.pi)
+        return self.metres / diagonal + self.radians / _HALF_TURN

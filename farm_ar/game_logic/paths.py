@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
-from farm_ar.game_logic import kernels
+from farm_ar.game_logic import dodging
 from farm_ar.geometry import direction, heading
 
 CLEARANCE_M = 0.01
@@ -114,12 +114,12 @@ def clear_curve(
     bowed, enterable = np.array(curve, np.float64, order="C"), np.array(obstacles, dtype=np.bool_)
     poses = np.array(position, np.float64, order="C"), np.array(yaw, np.float64, order="C")
     sides = np.array(size, np.float64, order="C")
-    kernels.dodge(
+    dodging.dodge(
         bowed,
         direction(heading(bowed[:, 3] - bowed[:, 0]) + np.pi / 2),
         bows(table),
         np.array(goal, dtype=np.int64),
-        kernels.footprints_to_dodge(*poses, sides, enterable, CLEARANCE_M, WALL_M),
+        dodging.footprints_to_dodge(*poses, sides, enterable, CLEARANCE_M, WALL_M),
         np.array(table, dtype=np.float64),
     )
     return bowed
@@ -131,4 +131,4 @@ def bows(table: tuple[float, float]) -> FloatArray:
 
 
 SHAPE = np.array([_HANDLE, _PULL, CLEARANCE_M, WALL_M])
-"""What `kernels.lead` has to know of these curves."""
+"""What `dodging.lead` has to know of these curves."""

@@ -12,8 +12,7 @@ from farm_ar.arrays import IntArray
 from farm_ar.game_logic import sight
 from farm_ar.game_logic.hand import HandState
 from farm_ar.game_logic.moment import Moment
-from farm_ar.geometry import bearing
-from farm_ar.scenes import PERFECT, Camera, Detections, Detector, Layout, Snapshot, observe_many, visible
+from farm_ar.scenes import PERFECT, Camera, Detections, Detector, Layout, Snapshot, observe_many
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,17 +82,18 @@ class OraclePerception:
 
 def _exactly(truth: Layout, camera: Camera) -> Perceived:
     """What `observe_many` gives without noise, in less time: what is in view, from left to right."""
-    seen = np.flatnonzero(visible(truth, camera))
-    angle = bearing(camera.position, camera.yaw, truth.position)[seen]
-    source = seen[np.argsort(angle, kind="stable")]
-    detections = Detections(
-        category=tuple([truth.category[i] for i in source.tolist()]),
+    _, source = sight.seen_by(camera, truth)
+    numbers = source.tolist()
+    detections = Detections.trusted(
+        category=tuple([truth.category[i] for i in numbers]),
         position=truth.position[source],
         yaw=truth.yaw[source],
         size=truth.size[source],
         elevation=truth.elevation[source],
+        confidence=np.ones(len(numbers)),
+        ids=tuple([str(i) for i in range(len(numbers))]),
     )
-    return Perceived(Snapshot(camera, detections), source)
+    return Perceived(Snapshot.trusted(camera=camera, detections=detections), source)
 
 
 @dataclass(frozen=True)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from math import atan2, cos, pi, sin, sqrt, tan
 
 import numpy as np
 
-from farm_ar.arrays import FloatArray
+from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.game_logic.compiling import compiled
-from farm_ar.scenes import Camera
+from farm_ar.scenes import Camera, Layout
 
 ARM_HEIGHT_M = 0.06
 """Height of hand and forearm above the table."""
@@ -47,8 +48,9 @@ sine and cosine of its heading and of the two edges of its view; whether that is
 there are."""
 
 
+@lru_cache(maxsize=16)
 def eye_of(camera: Camera) -> FloatArray:
-    """(LOOKS,) a camera, for the kernels below."""
+    """(LOOKS,) a camera, for the kernels below; nobody may write to it."""
     fov, eye = camera.fov, np.zeros(LOOKS)
     eye[EYE_X], eye[EYE_Z] = camera.position
     yaw = float(camera.yaw)
@@ -64,6 +66,51 @@ def eye_of(camera: Camera) -> FloatArray:
     return eye
 
 
+def seen_by(camera: Camera, layout: Layout) -> tuple[BoolArray, IntArray]:
+    """What `scenes.visible` says, of one camera and one arrangement, in less time.
+
+    Returns:
+        (N,) which objects are in view; and the numbers of these, from left to right.
+    """
+    seen, number = np.empty(len(layout), dtype=np.bool_), np.empty(len(layout), dtype=np.int64)
+    count = look_over(eye_of(camera), layout.position, layout.elevation, seen, number)
+    return seen, number[:count]
+
+
+@compiled
+def look_over(
+    eye: FloatArray, place: FloatArray, height: FloatArray, seen: BoolArray, number: IntArray
+) -> int:
+    """Look for points, (N, 2) and (N,) metres: fill in which are seen, and their numbers from left to right.
+
+    Returns:
+        How many are seen.
+    """
+    count, angle = 0, np.empty(len(place))
+    for i in range(len(place)):
+        seen[i] = in_sight(eye, place[i, 0], height[i], place[i, 1])
+        if seen[i]:
+            angle[i] = turned_to(eye, place[i, 0] - eye[EYE_X], place[i, 1] - eye[EYE_Z])
+            k = count
+            while k > 0 and angle[number[k - 1]] > angle[i]:
+                number[k] = number[k - 1]
+                k -= 1
+            number[k] = i
+            count += 1
+    return count
+
+
+@compiled
+def turned_to(eye: FloatArray, dx: float, dz: float) -> float:
+    """Angle in [-pi, pi) from a camera's heading to a point so far from it, positive to the right."""
+    angle: float = atan2(dx, dz) - eye[YAW]
+    while angle >= pi:
+        angle -= 2 * pi
+    while angle < -pi:
+        angle += 2 * pi
+    return angle
+
+
 @compiled
 def in_sight(eye: FloatArray, x: float, y: float, z: float) -> bool:
     """Whether a camera sees a point (x, z), metres, y above the table, as `geometry.in_view` says."""
@@ -71,11 +118,7 @@ def in_sight(eye: FloatArray, x: float, y: float, z: float) -> bool:
     if dx * dx + dz * dz > eye[RANGE] * eye[RANGE]:
         return False
     if dx != 0 or dz != 0:
-        angle = atan2(dx, dz) - eye[YAW]
-        while angle >= pi:
-            angle -= 2 * pi
-        while angle < -pi:
-            angle += 2 * pi
+        angle = turned_to(eye, dx, dz)
         ahead = -eye[LEFT] <= angle <= eye[RIGHT]
         if not (ahead or angle + 2 * pi <= eye[RIGHT] or -eye[LEFT] <= angle - 2 * pi):
             return False

@@ -1,7 +1,7 @@
 """A compiled kernel of a steered hand: many ticks of grip, physics, sight and phase in one call.
 
-It works on the arrays of `plane_kernels` and `sight`, a `way` whose limits are the visit's budget, and
-`phase`, whose places are named below. Like those of the plane it runs in Python, too.
+It works on the arrays of a `plane`, of the flock, and of a visit: `phase`, whose places are named below, a
+`way` whose limits are the budget, and an `eye`. Like those of the plane it runs in Python, too.
 """
 
 from __future__ import annotations
@@ -12,9 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from farm_ar.arrays import FloatArray, IntArray
-from farm_ar.game_logic import chipmunk, kernels, sight
-from farm_ar.game_logic import plane_kernels as plane
-from farm_ar.game_logic.plane_kernels import Addresses
+from farm_ar.game_logic import arm, chipmunk, guiding, nearness, plane, running, sight, ticking
+from farm_ar.game_logic.plane import Addresses
 
 VISITED, AWAY, PENDING, KNOWN, PHASES = range(5)
 """Places in `phase`: 1 while the hand is in view, or not yet long enough out of it; for how many ticks it
@@ -23,6 +22,12 @@ know where they arrive, -1 for none; how many places there are."""
 
 TOLD = 8
 """How many numbers an observation has of the hand."""
+
+WAY_AT, EYE_AT = PHASES, PHASES + guiding.WAYS
+OUTCOME_AT = EYE_AT + sight.LOOKS
+VISIT = OUTCOME_AT + 5
+"""Where in the numbers of a visit its way, its eye and what was done last begin, after its phase; how many
+there are."""
 
 AWAY_TICKS = 30
 """After so many ticks out of view, holding nothing, a visit is over: half a second."""
@@ -38,14 +43,14 @@ def use_hand(handle: Addresses, state: FloatArray, box: FloatArray, eye: FloatAr
         return
     if not closed:
         if state[plane.GRIPPED] >= 0:
-            plane.lift(handle, state)
+            arm.lift(handle, state)
     elif state[plane.GRIPPED] < 0:
-        x, z, _ = plane.hand_pose(handle, state)
-        found = plane.nearest(box, x, z, REACH, False)
+        x, z, _ = arm.hand_pose(handle, state)
+        found = nearness.nearest(box, x, z, REACH, False)
         if found >= 0 and sight.in_sight(
             eye, box[found, plane.BOX_X], box[found, plane.ELEVATION], box[found, plane.BOX_Z]
         ):
-            plane.grip(handle, state, box, found, REACH)
+            arm.grip(handle, state, box, found, REACH)
 
 
 @chipmunk.compiled
@@ -61,18 +66,18 @@ def press(
     closed: bool,
 ) -> None:
     """A tick under a steered hand, which stops and touches nothing any more when its budget is spent."""
-    low = state[plane.RAISED] == 0 and way[plane.WAY_DONE] == 0 and way[plane.BRAKING] == 0
-    if low and plane.exceeds(handle, state, box, way):
-        way[plane.BRAKING] = 1.0
-    if way[plane.WAY_DONE] != 0:
-        plane.raise_hand(handle, state)
-    elif way[plane.BRAKING] == 0:
+    low = state[plane.RAISED] == 0 and way[guiding.WAY_DONE] == 0 and way[guiding.BRAKING] == 0
+    if low and guiding.exceeds(handle, state, box, way):
+        way[guiding.BRAKING] = 1.0
+    if way[guiding.WAY_DONE] != 0:
+        arm.raise_hand(handle, state)
+    elif way[guiding.BRAKING] == 0:
         use_hand(handle, state, box, eye, closed)
     else:
         vx = vz = spin = 0.0
-    plane.tick(handle, state, box, vx, vz, spin, 1)
-    if way[plane.WAY_DONE] == 0 and way[plane.BRAKING] != 0:
-        plane.braked(handle, state, way)
+    ticking.tick(handle, state, box, vx, vz, spin, 1)
+    if way[guiding.WAY_DONE] == 0 and way[guiding.BRAKING] != 0:
+        guiding.braked(handle, state, way)
 
 
 @chipmunk.compiled
@@ -83,15 +88,15 @@ def rests(handle: Addresses, state: FloatArray, box: FloatArray, way: FloatArray
         or state[plane.STILL] == 0
         or state[plane.RAISED] != 0
         or state[plane.GRIPPED] >= 0
-        or plane.drives(state)
-        or way[plane.WAY_DONE] != 0
-        or way[plane.BRAKING] != 0
-        or plane.exceeds(handle, state, box, way)
+        or ticking.drives(state)
+        or way[guiding.WAY_DONE] != 0
+        or way[guiding.BRAKING] != 0
+        or guiding.exceeds(handle, state, box, way)
     ):
         return False
-    x, z, _ = plane.hand_pose(handle, state)
-    back_x = plane.held_back(x, 0.0, state[plane.WIDTH], plane.TICK)
-    return bool(back_x == 0 and plane.held_back(z, 0.0, state[plane.DEPTH], plane.TICK) == 0)
+    x, z, _ = arm.hand_pose(handle, state)
+    back_x = arm.held_back(x, 0.0, state[plane.WIDTH], plane.TICK)
+    return bool(back_x == 0 and arm.held_back(z, 0.0, state[plane.DEPTH], plane.TICK) == 0)
 
 
 @chipmunk.compiled
@@ -123,13 +128,13 @@ def tell(handle: Addresses, state: FloatArray, phase: FloatArray, told: npt.NDAr
     told[:] = 0.0
     if state[plane.PRESENT] == 0:
         return
-    x, z, angle = plane.hand_pose(handle, state)
-    vx, vz, _ = plane.hand_motion(handle, state)
+    x, z, angle = arm.hand_pose(handle, state)
+    vx, vz, _ = arm.hand_motion(handle, state)
     told[0] = min(max(2 * x / state[plane.WIDTH] - 1, -4.0), 4.0)
     told[1] = min(max(2 * z / state[plane.DEPTH] - 1, -4.0), 4.0)
     told[2], told[3] = sin(-angle), cos(angle)
-    told[4] = min(max(vx / plane.MAX_HAND_SPEED, -4.0), 4.0)
-    told[5] = min(max(vz / plane.MAX_HAND_SPEED, -4.0), 4.0)
+    told[4] = min(max(vx / arm.MAX_HAND_SPEED, -4.0), 4.0)
+    told[5] = min(max(vz / arm.MAX_HAND_SPEED, -4.0), 4.0)
     told[6] = 1.0 if state[plane.GRIPPED] >= 0 else 0.0
     told[7] = phase[VISITED]
 
@@ -139,10 +144,8 @@ def steer(
     handle: Addresses,
     state: FloatArray,
     box: FloatArray,
-    eye: FloatArray,
-    way: FloatArray,
-    phase: FloatArray,
-    order: IntArray,
+    visit: FloatArray,
+    queue: FloatArray,
     animal: FloatArray,
     clock: FloatArray,
     lane: FloatArray,
@@ -153,17 +156,19 @@ def steer(
     closed: bool,
     ticks: int,
     told: npt.NDArray[np.float32],
-) -> tuple[int, bool, float, float, float]:
+) -> bool:
     """Ticks under a hand that is steered, seen where it truly is.
 
     Args:
         handle: of the plane.
         state: of the plane.
         box: of the plane.
-        eye: the headset's camera.
-        way: its limits are the budget; `BRAKING` while the hand stops, `WAY_DONE` once the budget is spent.
-        phase: of the game.
-        order: of the flock.
+        visit: (VISIT,) the game's phase; a way, whose limits are the budget, with `BRAKING` while the hand
+            stops and `WAY_DONE` once the budget is spent; the headset's camera; and at last, filled in: how
+            many ticks have passed, fewer than asked for where a visit is over, or buildings have moved while
+            animals run, who then have to run before they move again; whether the visit is over; for how many
+            ticks animals have yet to run; how far all buildings have been moved and turned.
+        queue: of the flock.
         animal: of the flock.
         clock: of the flock.
         lane: of the game's lanes.
@@ -176,10 +181,9 @@ def steer(
         told: (TOLD,) filled with what `tell` says of the hand afterwards.
 
     Returns:
-        How many have passed: fewer where a visit is over, or buildings have moved while animals run, who
-        then have to run before they move again; whether the visit is over; for how many ticks animals have
-        yet to run; how far all buildings have been moved and turned.
+        Whether there is more to say of it than that all ticks have passed.
     """
+    phase, way, eye = visit[:WAY_AT], visit[WAY_AT:EYE_AT], visit[EYE_AT:OUTCOME_AT]
     metres, radians, over, done = state[plane.METRES], state[plane.RADIANS], False, 0
     quiet = vx == 0 and vz == 0 and spin == 0 and not closed and rests(handle, state, box, way)
     seen = False
@@ -190,16 +194,20 @@ def steer(
         else:
             press(handle, state, box, eye, way, vx, vz, spin, closed)
         if not quiet or done == 0:
-            x, z, _ = plane.hand_pose(handle, state)
+            x, z, _ = arm.hand_pose(handle, state)
             seen = state[plane.PRESENT] != 0 and sight.arm_in_sight(eye, x, z)
         done += 1
         over = watch(state, phase, seen)
         if over or (phase[VISITED] == 0 and state[plane.CHANGES] != before):
             break
     pending, phase[PENDING] = phase[PENDING], 0.0
-    end = clock[kernels.NOW] + pending * plane.TICK
+    end = clock[running.NOW] + pending * plane.TICK
     known = pending > 0 and phase[KNOWN] == state[plane.CHANGES]
-    if known and kernels.run(order, animal, clock, lane, counts, end):
+    if known and running.run(queue, animal, clock, lane, counts, end):
         pending = 0.0
     tell(handle, state, phase, told)
-    return done, over, pending, state[plane.METRES] - metres, state[plane.RADIANS] - radians
+    metres, radians = state[plane.METRES] - metres, state[plane.RADIANS] - radians
+    outcome = visit[OUTCOME_AT:]
+    outcome[0], outcome[1], outcome[2] = done, 1.0 if over else 0.0, pending
+    outcome[3], outcome[4] = metres, radians
+    return bool(over or pending != 0 or metres != 0 or radians != 0 or done < ticks)

@@ -10,13 +10,13 @@ import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray
 from farm_ar.errors import SceneError
-from farm_ar.game_logic import plane_kernels as kernels
+from farm_ar.game_logic import arm, guiding, nearness, plane, ticking
+from farm_ar.game_logic.arm import HAND_ROOM
 from farm_ar.game_logic.carrying import CARRY_SPEED, Carry, carry
 from farm_ar.game_logic.hand import HandState
 from farm_ar.game_logic.motion import Motion
 from farm_ar.game_logic.overlaps import deepest_overlap
 from farm_ar.game_logic.physics import Plane
-from farm_ar.game_logic.plane_kernels import HAND_ROOM
 from farm_ar.game_logic.steering import REACH
 from farm_ar.geometry import footprint_corners, from_pymunk, to_pymunk, wrap
 from farm_ar.scenes import Layout
@@ -77,8 +77,8 @@ class Tabletop:
         self._layout, yaw = layout, wrap(layout.yaw)
         yaw.flags.writeable = False
         self._poses = (layout.position, yaw)
-        self._plane = Plane(*to_pymunk(*self._poses), layout.size, layout.fixed, self.size)
-        self._plane.box[:, kernels.ELEVATION] = layout.elevation
+        place, angle = to_pymunk(*self._poses)
+        self._plane = Plane(place, angle, layout.size, layout.fixed, layout.elevation, self.size)
         self.arrays = (self._plane.handle, self._plane.state, self._plane.box)
         self._read = 0.0
         self._moving = np.flatnonzero(layout.movable)
@@ -86,15 +86,14 @@ class Tabletop:
     @property
     def ticks(self) -> int:
         """How many ticks have passed."""
-        return int(self._plane.state[kernels.TICKS])
+        return int(self._plane.state[plane.TICKS])
 
     @property
     def layout(self) -> Layout:
         """Everything where it stands now, yaws in [-pi, pi)."""
         position, yaw = self.poses()
         if self._layout.yaw is not yaw:
-            self._layout = self._layout.with_poses(position, yaw)
-            self._poses = (self._layout.position, self._layout.yaw)
+            self._layout = self._layout.placed(position, yaw)
         return self._layout
 
     @property
@@ -104,10 +103,10 @@ class Tabletop:
 
     def poses(self) -> tuple[FloatArray, FloatArray]:
         """Positions (N, 2) in metres and yaws (N,) in [-pi, pi) now, in the layout's order; read-only."""
-        changes = self._plane.state[kernels.CHANGES]
+        changes = self._plane.state[plane.CHANGES]
         if changes != self._read:
             box = self._plane.box[self._moving]
-            place, heading = from_pymunk(box[:, : kernels.BOX_Z + 1], box[:, kernels.BOX_ANGLE])
+            place, heading = from_pymunk(box[:, : plane.BOX_Z + 1], box[:, plane.BOX_ANGLE])
             position, yaw = self._poses[0].copy(), self._poses[1].copy()
             position[self._moving], yaw[self._moving] = place, wrap(heading)
             position.flags.writeable = yaw.flags.writeable = False
@@ -118,28 +117,28 @@ class Tabletop:
     def moved(self) -> Motion:
         """How far all buildings together have been moved and turned so far, by the ways they went."""
         state = self._plane.state
-        return Motion(float(state[kernels.METRES]), float(state[kernels.RADIANS]))
+        return Motion(float(state[plane.METRES]), float(state[plane.RADIANS]))
 
     @property
     def still(self) -> bool:
         """Whether everything has come to rest; a new tabletop has to show it first."""
-        return bool(self._plane.state[kernels.STILL])
+        return bool(self._plane.state[plane.STILL])
 
     @property
     def hand(self) -> HandState | None:
         """The hand as it is now, None while there is none."""
         handle, state, _ = self.arrays
-        if not state[kernels.PRESENT]:
+        if not state[plane.PRESENT]:
             return None
         values = np.empty(6)
-        kernels.look_at_hand(handle, state, values)
-        gripped = int(state[kernels.GRIPPED])
+        arm.look_at_hand(handle, state, values)
+        gripped = int(state[plane.GRIPPED])
         return HandState(
             values[:2],
-            float(kernels.yaw_of(values[2])),
+            float(arm.yaw_of(values[2])),
             values[3:5],
             None if gripped < 0 else gripped,
-            bool(state[kernels.RAISED]),
+            bool(state[plane.RAISED]),
         )
 
     def bring_hand(self, position: Pair, raised: bool = False) -> None:
@@ -151,17 +150,17 @@ class Tabletop:
                 soon as there is room for it.
         """
         handle, state, _ = self.arrays
-        kernels.bring_hand(handle, state, float(position[0]), float(position[1]), raised)
+        arm.bring_hand(handle, state, float(position[0]), float(position[1]), raised)
 
     def raise_hand(self) -> None:
         """Let go, and stay above the buildings from now on."""
         handle, state, _ = self.arrays
-        kernels.raise_hand(handle, state)
+        arm.raise_hand(handle, state)
 
     def remove_hand(self) -> None:
         """Let go, and take the hand out."""
         self.raise_hand()
-        self._plane.state[kernels.PRESENT] = 0.0
+        self._plane.state[plane.PRESENT] = 0.0
 
     def grip(self, index: int) -> bool:
         """Take hold of a building whose footprint is within `REACH` of the middle of the hand.
@@ -171,14 +170,14 @@ class Tabletop:
         Returns:
             Whether the hand holds this building now.
         """
-        kernels.grip(*self.arrays, index, REACH)
-        return bool(self._plane.state[kernels.GRIPPED] == index)
+        arm.grip(*self.arrays, index, REACH)
+        return bool(self._plane.state[plane.GRIPPED] == index)
 
     def release(self) -> None:
         """Let go of what the hand holds. The hand hovers until there is room for it on the table."""
         handle, state, _ = self.arrays
-        if state[kernels.GRIPPED] >= 0:
-            kernels.lift(handle, state)
+        if state[plane.GRIPPED] >= 0:
+            arm.lift(handle, state)
 
     def tick(self, velocity: Pair = (0.0, 0.0), twist: float = 0.0, count: int = 1) -> None:
         """Let 1/60 s pass, or a number of such ticks, while the hand is moved.
@@ -188,7 +187,7 @@ class Tabletop:
             twist: rate of turn of the hand, clockwise, radians a second; at most `MAX_TWIST` either way.
             count: how many ticks.
         """
-        kernels.tick(*self.arrays, float(velocity[0]), float(velocity[1]), -float(twist), count)
+        ticking.tick(*self.arrays, float(velocity[0]), float(velocity[1]), -float(twist), count)
 
     def settle(self, max_ticks: int = 600, record: Callable[[Tabletop], None] | None = None) -> int:
         """Let time pass, with the hand held where it is, until everything is at rest.
@@ -198,9 +197,9 @@ class Tabletop:
         """
         start = self.ticks
         if record is None:
-            kernels.settle(*self.arrays, max_ticks)
+            ticking.settle(*self.arrays, max_ticks)
         while record is not None and not self.still and self.ticks - start < max_ticks:
-            kernels.settle(*self.arrays, 1)
+            ticking.settle(*self.arrays, 1)
             record(self)
         return self.ticks - start
 
@@ -224,14 +223,14 @@ class Tabletop:
             most: how much the buildings may be moved meanwhile. The hand stops before it is more.
         """
         handle, state, box = self.arrays
-        if not state[kernels.PRESENT]:
+        if not state[plane.PRESENT]:
             return
-        way = np.empty(kernels.WAYS)
-        kernels.plan(handle, state, way, float(position[0]), float(position[1]), float(turn), float(speed))
+        way = np.empty(guiding.WAYS)
+        guiding.plan(handle, state, way, float(position[0]), float(position[1]), float(turn), float(speed))
         if most is not None:
-            way[kernels.LIMIT_METRES : kernels.DIAGONAL + 1] = most.as_row()
-        while not way[kernels.WAY_DONE]:
-            kernels.guide(handle, state, box, way, _LONG if record is None else 1)
+            way[guiding.LIMIT_METRES : guiding.DIAGONAL + 1] = most.as_row()
+        while not way[guiding.WAY_DONE]:
+            guiding.guide(handle, state, box, way, _LONG if record is None else 1)
             if record is not None:
                 record(self)
 
@@ -271,7 +270,7 @@ class Tabletop:
             point: (2,) metres.
             reach: how far at most, metres.
         """
-        found = int(kernels.nearest(self._plane.box, float(point[0]), float(point[1]), float(reach), False))
+        found = int(nearness.nearest(self._plane.box, float(point[0]), float(point[1]), float(reach), False))
         return None if found < 0 else found
 
     def on_table(self, tolerance: float = 0.0) -> BoolArray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,9 +17,12 @@ ReidFactory = Callable[[Scene], Reidentifier]
 """Makes the re-identifier for a scene, whose layout is what was last believed."""
 
 
+BY_CATEGORY = SpatialOptions(gate_categories=True)
+
+
 def spatial_by_category(scene: Scene) -> SpatialReid:
     """The paper's rule as its game uses it: every site considered, categories apart (section 4.3.1)."""
-    return SpatialReid(scene, SpatialOptions(gate_categories=True))
+    return SpatialReid(scene, BY_CATEGORY)
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +69,7 @@ class Tracker:
     def look(self, truth: Layout, camera: Camera, rng: np.random.Generator) -> Sighting:
         """Take a snapshot, identify what is in it, and believe the answer."""
         perceived = self._perception.perceive(truth, camera, rng)
-        believed_scene = replace(self.scene, layout=self.belief.layout)
+        believed_scene = self.scene.knowing(self.belief.layout)
         answer = self._make_reid(believed_scene).identify(perceived.snapshot)
         changed = self.belief.read(answer.labels, perceived.snapshot.detections, perceived.source)
         names = [None if i < 0 else truth.labels[i] for i in perceived.source]

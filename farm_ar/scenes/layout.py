@@ -136,6 +136,15 @@ class Layout(Record):
             self, position=np.asarray(position, dtype=np.float64), yaw=np.asarray(yaw, dtype=np.float64)
         )
 
+    def placed(self, position: FloatArray, yaw: FloatArray) -> Layout:
+        """`with_poses` of poses that were worked out, not given: they are not checked, and become read-only.
+
+        Args:
+            position: (..., N, 2) metres, finite.
+            yaw: (..., N) radians, finite.
+        """
+        return self.trusted(**vars(self) | {"position": position, "yaw": yaw})
+
     def subset(self, indices: Sequence[int] | IntArray | BoolArray) -> Layout:
         """The objects at `indices`, in that order, or those where a mask of N is true."""
         wanted = np.asarray(indices)

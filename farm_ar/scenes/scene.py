@@ -156,6 +156,12 @@ class Scene(Record):
                 expected = "must be an angle from 0 to 360 degrees"
                 raise SceneError(f"symmetry[{category!r}]", expected, period)
 
+    def knowing(self, layout: Layout) -> Scene:
+        """The same room, with the same objects known to be elsewhere."""
+        values = vars(self) | {"layout": layout}
+        values.pop("object_site", None)
+        return self.trusted(**values)
+
     def __repr__(self) -> str:
         (width, depth), n, k = self.size, len(self.layout), len(self.sites)
         return f"Scene({self.name!r}, {width:g} x {depth:g} m, {n} objects, {k} sites)"

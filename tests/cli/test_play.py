@@ -46,9 +46,16 @@ def test_a_line_that_cannot_be_done_is_told_and_the_game_goes_on(play):
     result = play(["nonsense", "shed by 1 1", "help", "", "look"])
     assert result.exit_code == 0, result.output
     assert "move: must be BUILDING to X Z" in result.output
-    assert "building: must be one of yellow-coop" in result.output
+    assert "\nbuilding: must be one of yellow-coop" in result.output  # and nothing of a script before it
     assert result.output.count("the hand leaves: one snapshot is taken") == 2
     assert "Right: 7 of 7" in result.output
+
+
+@pytest.mark.parametrize("word", ["end", "quit", "exit"])
+def test_after_any_word_for_the_end_nothing_more_is_asked(play, word):
+    result = play([word, "look"])
+    assert result.exit_code == 0
+    assert "Right:" not in result.output
 
 
 def test_moves_that_were_not_looked_at_are_played_at_the_end(play):

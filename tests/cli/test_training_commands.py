@@ -84,7 +84,8 @@ def test_mistakes_are_one_line(mistake, train):
     assert mistake("train", "x", "--resume").startswith(
         "OptionError: --resume: must have a run to go on with"
     )
-    assert mistake("watch", "nowhere").startswith("RunError: nowhere/run.json: file: must be a readable file")
+    expected = "OptionError: run: must be the folder of a run, or one of farm-displacement, farm-slot, got"
+    assert mistake("watch", "nowhere").startswith(expected)
     assert mistake("watch", "x", "--out", "film.avi").startswith(
         "OptionError: --out: must end in .mp4 or .gif"
     )

@@ -233,3 +233,23 @@ def test_a_second_visit_begins_with_the_hand_back_at_the_side(make, drive):
     assert (over, info["phase"], len(env.world.sightings)) == (False, "play", 1)
     np.testing.assert_allclose(env.world.tabletop.hand.position, [0.6, -0.5])
     np.testing.assert_allclose(observation["budget"], [1, 1, 1, 0.5])
+
+
+def test_what_a_step_of_the_hand_has_read_of_the_table_is_what_is_read_anew(rng):
+    env = FarmToTableEnv(control="hand", jitter="none", budget=1e9)
+    env.reset(seed=0)
+    turned, action = 0, np.zeros(4)
+    for step in range(60):
+        if step % 6 == 0:
+            action = np.array(
+                [rng.uniform(-0.6, 0.6), 1.0 if step < 12 else rng.uniform(-0.6, 0.6), 0.3, 1.0]
+            )
+        before = env.world.changes
+        seen, _, over, _, _ = env.step(action.astype(np.float32))
+        turned += env.world.changes != before
+        env._reading.meet(env.world.truth, env._order)
+        for name, values in env.observe().items():
+            np.testing.assert_array_equal(seen[name], values)
+        if over:
+            break
+    assert turned >= 5

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from gymnasium.wrappers import RecordEpisodeStatistics, RecordVideo
 
+from farm_ar.errors import OptionError
+
 
 @pytest.mark.parametrize(("name", "rate"), [("FarmToTable-v0", 4), ("FarmToTableHand-v0", 10)])
 def test_a_recorded_video_has_a_frame_for_every_step_at_the_games_speed(name, rate, tmp_path):
@@ -61,3 +63,18 @@ def test_without_a_render_mode_there_is_no_picture():
     env = gym.make("FarmToTable-v0").unwrapped
     env.reset(seed=0)
     assert env.render() is None
+
+
+@pytest.mark.parametrize("make", [gym.make, gym.make_vec])
+def test_asked_for_a_window_gymnasium_lets_the_environment_say_that_there_is_none(make):
+    with pytest.raises(
+        OptionError, match=r"render_mode: must be rgb_array.* there is no window, got 'human'"
+    ):
+        make("FarmToTable-v0", render_mode="human")
+
+
+def test_gymnasiums_list_of_pictures_still_works():
+    env = gym.make("FarmToTable-v0", render_mode="rgb_array_list", moves=2)
+    env.reset(seed=0)
+    env.step(np.array([10, 0, 0, 0]))
+    assert [picture.shape for picture in env.render()] == 2 * [env.unwrapped.render().shape]

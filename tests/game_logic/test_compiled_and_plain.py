@@ -3,9 +3,26 @@
 import numpy as np
 import pytest
 from numba.core.dispatcher import Dispatcher
+from pymunk._chipmunk_cffi import ffi, lib
 
-from farm_ar.envs import FarmToTableEnv, reading
-from farm_ar.game_logic import chipmunk, kernels, plane_kernels, sight, steering
+from farm_ar.envs import FarmToTableEnv, hand_step, meeting, reading
+from farm_ar.game_logic import (
+    arc_length,
+    arm,
+    chipmunk,
+    dodging,
+    entering,
+    guiding,
+    nearness,
+    plane,
+    plane_parts,
+    resting,
+    running,
+    sight,
+    steering,
+    ticking,
+    wedges,
+)
 from farm_ar.game_logic.farm_game import FarmGame
 from farm_ar.game_logic.headset import field_of_view, look_at
 from farm_ar.game_logic.tabletop import Most, Tabletop
@@ -19,12 +36,17 @@ SMALL = Scene(
 )
 AHEAD = look_at(np.array([0.6, -0.3]), np.array([0.6, 0.4]), field_of_view("photo"))
 
+MODULES = (
+    *(arc_length, arm, dodging, entering, guiding, nearness, plane_parts, resting, running, sight),
+    *(steering, ticking, wedges, hand_step, meeting, reading),
+)
+
 
 def both(play):
     """What `play` gives with compiled kernels, and in plain Python."""
     compiled = play()
     with pytest.MonkeyPatch.context() as patch:
-        for module in (kernels, plane_kernels, sight, steering, reading):
+        for module in MODULES:
             for name, kernel in vars(module).items():
                 if isinstance(kernel, Dispatcher):
                     patch.setattr(module, name, kernel.py_func)
@@ -91,14 +113,27 @@ def test_without_the_bridge_functions_stay_as_they_are_and_call_through_pymunk(m
     monkeypatch.setattr(chipmunk, "BRIDGED", False)
     assert chipmunk.compiled(pressed) is pressed
     table = Tabletop(FARM.layout, FARM.size)
-    body = int(table.arrays[0][plane_kernels.FIRST])
+    body = int(table.arrays[0][plane.FIRST])
     chipmunk.foreign("cpBodySetVelocity")(body, 1.0, 2.0)
     assert chipmunk.foreign("cpBodyGetVelocity")(body) == (1.0, 2.0)
 
 
+def test_a_filter_says_what_a_shape_is_and_what_it_collides_with():
+    body = chipmunk.foreign("cpBodyNew")(1.0, 1.0)
+    shape = chipmunk.foreign("cpCircleShapeNew")(body, 0.1, 0.0, 0.0)
+    for others, expected in ((0b0101, 0b0101), (-1, 0xFFFFFFFF)):
+        both = chipmunk.touches(0b0010, others)
+        assert both == getattr(chipmunk.touches, "py_func", chipmunk.touches)(0b0010, others)
+        chipmunk.foreign("cpShapeSetFilter")(shape, 0, both)
+        got = lib.cpShapeGetFilter(ffi.cast("cpShape *", shape))
+        assert (got.group, got.categories, got.mask) == (0, 0b0010, expected)
+    chipmunk.foreign("cpShapeFree")(shape)
+    chipmunk.foreign("cpBodyFree")(body)
+
+
 def test_functions_that_take_anything_else_are_refused():
     with pytest.raises(ImportError, match="which farm-ar does not know"):
-        chipmunk.foreign("cpSpaceSetIterations")
+        chipmunk.foreign("cpBoxShapeNew2")
 
 
 def test_a_hand_that_rests_goes_by_as_if_every_tick_of_it_were_played(monkeypatch):

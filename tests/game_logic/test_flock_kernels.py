@@ -10,7 +10,7 @@ from numba.core.dispatcher import Dispatcher
 from scipy.integrate import quad
 
 from farm_ar.arrays import FloatArray
-from farm_ar.game_logic import kernels
+from farm_ar.game_logic import arc_length, dodging, entering, running
 from farm_ar.geometry import bezier_point, bezier_tangent, heading, inside_footprint, split_bezier
 
 # Down to a picometre: squares of what is smaller by far underflow.
@@ -20,7 +20,13 @@ lines = arrays(np.float64, 4, elements=metres)
 parameters = st.floats(0, 1)
 yaws = st.floats(-7, 7)
 
-COMPILED = {name: value for name, value in vars(kernels).items() if isinstance(value, Dispatcher)}
+MODULES = (arc_length, dodging, entering, running)
+COMPILED = {
+    name: kernel
+    for module in MODULES
+    for name, kernel in vars(module).items()
+    if isinstance(kernel, Dispatcher)
+}
 
 # Stops at its middle and goes on at a right angle.
 CUSP = np.array([[0.0, 0.0], [1.0, 1.0], [0.0, 1.0], [1.0, 0.0]])
@@ -30,16 +36,17 @@ CUSP = np.array([[0.0, 0.0], [1.0, 1.0], [0.0, 1.0], [1.0, 0.0]])
 def mode(request: pytest.FixtureRequest) -> Iterator[str]:
     """Every test sees the kernels as they are compiled, and as plain Python."""
     with pytest.MonkeyPatch.context() as patch:
-        for name, kernel in COMPILED.items():
-            if request.param == "python":
-                patch.setattr(kernels, name, kernel.py_func)
+        for module in MODULES:
+            for name in COMPILED.keys() & vars(module).keys():
+                if request.param == "python":
+                    patch.setattr(module, name, COMPILED[name].py_func)
         yield request.param
 
 
 def tables(curve: FloatArray) -> tuple[FloatArray, FloatArray]:
     """(A, KNOTS) parameters and lengths of curves."""
-    knot, travelled = np.empty((2, len(curve), kernels.KNOTS))
-    kernels.measure(curve, np.zeros(len(curve)), np.empty(len(curve)), knot, travelled)
+    knot, travelled = np.empty((2, len(curve), arc_length.KNOTS))
+    arc_length.measure(curve, np.zeros(len(curve)), np.empty(len(curve)), knot, travelled)
     return knot, travelled
 
 
@@ -49,7 +56,7 @@ def around(curve: FloatArray) -> float:
 
 def one_box(width: float, depth: float, yaw: float) -> FloatArray:
     sides = np.array([[width, 1.0, depth]])
-    return kernels.boxes(np.array([[0.1, -0.2]]), np.array([yaw]), sides, np.array([True]))
+    return entering.boxes(np.array([[0.1, -0.2]]), np.array([yaw]), sides, np.array([True]))
 
 
 @given(lines)
@@ -65,23 +72,25 @@ def test_the_length_of_a_curve_that_doubles_back_is_exact(line: FloatArray) -> N
 
 @given(controls, parameters)
 def test_length_and_parameter_are_each_others_inverse(curve: FloatArray, part: float) -> None:
-    p = kernels.polynomial(curve)
+    p = arc_length.polynomial(curve)
     knot, travelled = (table[0] for table in tables(curve[None]))
     length = part * travelled[-1]
-    t = kernels.parameter_at(p, knot, travelled, length)
+    t = arc_length.parameter_at(p, knot, travelled, length)
     assert 0 <= t <= 1
-    assert kernels.length_at(p, knot, travelled, t) == pytest.approx(
+    assert arc_length.length_at(p, knot, travelled, t) == pytest.approx(
         length, abs=2e-14 * around(curve) + 1e-300
     )
 
 
 @given(controls, parameters, parameters)
 def test_no_chord_is_longer_than_its_arc(curve: FloatArray, begin: float, step: float) -> None:
-    p = kernels.polynomial(curve)
+    p = arc_length.polynomial(curve)
     knot, travelled = (table[0] for table in tables(curve[None]))
     start = begin * travelled[-1]
     stop = start + step * (travelled[-1] - start)
-    ends = bezier_point(curve, np.array([kernels.parameter_at(p, knot, travelled, s) for s in (start, stop)]))
+    ends = bezier_point(
+        curve, np.array([arc_length.parameter_at(p, knot, travelled, s) for s in (start, stop)])
+    )
     assert np.linalg.norm(ends[1] - ends[0]) <= stop - start + 1e-12
 
 
@@ -109,8 +118,8 @@ def test_tables_rise_evenly_where_the_curve_is_even() -> None:
 
 def test_the_parameter_of_an_animal_under_way_is_found() -> None:
     straight = np.linspace([0.0, 0.0], [1.0, 0.0], 4)
-    parameter, table = np.empty(3), np.empty((2, 3, kernels.KNOTS))
-    kernels.measure(np.stack([straight] * 3), np.array([-1.0, 0.3, 2.0]), parameter, table[0], table[1])
+    parameter, table = np.empty(3), np.empty((2, 3, arc_length.KNOTS))
+    arc_length.measure(np.stack([straight] * 3), np.array([-1.0, 0.3, 2.0]), parameter, table[0], table[1])
     np.testing.assert_allclose(parameter, [0.0, 0.3, 1.0], atol=1e-15)
 
 
@@ -119,7 +128,7 @@ def test_the_entry_is_the_first_point_inside(
     curve: FloatArray, width: float, depth: float, yaw: float, begin: float, end: float
 ) -> None:
     begin, end = min(begin, end), max(begin, end)
-    t = kernels.footprint_entry(kernels.polynomial(curve), begin, end, one_box(width, depth, yaw)[0])
+    t = entering.footprint_entry(arc_length.polynomial(curve), begin, end, one_box(width, depth, yaw)[0])
     before = np.linspace(begin, min(t, end), 400)
     sides, shrunk = np.array([width, 1.0, depth]), np.array([width, 1.0, depth]) - 2e-9
     centre = np.array([0.1, -0.2])
@@ -137,27 +146,26 @@ def test_even_the_slightest_clip_of_a_corner_is_an_entry(overlap: float) -> None
     """A straight run past the corner (0.5, 0.5) of a square, across its diagonal, half way along."""
     corner = 0.5 - overlap
     curve = np.linspace([corner - 1.0, corner + 1.0], [corner + 1.0, corner - 1.0], 4)
-    box = kernels.boxes(np.zeros((1, 2)), np.zeros(1), np.ones((1, 3)), np.array([True]))[0]
-    t = kernels.footprint_entry(kernels.polynomial(curve), 0.0, 1.0, box)
+    box = entering.boxes(np.zeros((1, 2)), np.zeros(1), np.ones((1, 3)), np.array([True]))[0]
+    t = entering.footprint_entry(arc_length.polynomial(curve), 0.0, 1.0, box)
     assert t == (pytest.approx(0.5 - overlap / 2, abs=1e-12) if overlap > 0 else 2.0)
 
 
-def test_of_several_buildings_the_first_on_the_way_counts() -> None:
+def test_a_building_before_the_goals_own_is_in_the_way_and_one_behind_it_is_not() -> None:
     curve = np.linspace([0.0, 0.0], [0.0, 1.0], 4)
-    position, yaw = np.array([[0.0, 0.9], [0.0, 0.5], [0.0, 0.5], [0.0, 0.2]]), np.zeros(4)
-    size, obstacles = np.full((4, 3), 0.1), np.array([True, True, True, False])
-    box = kernels.boxes(position, yaw, size, obstacles)
-    p = kernels.polynomial(curve)
-    assert kernels.first_building(p, 0.0, 1.0, box) == (1, pytest.approx(0.45))
-    assert kernels.first_building(p, 0.6, 1.0, box) == (0, pytest.approx(0.85))
-    assert kernels.first_building(p, 0.0, 0.4, box) == (kernels.NOWHERE, 2.0)
+    position, yaw = np.array([[0.0, 0.9], [0.0, 0.5], [0.0, 0.2], [0.4, 0.5]]), np.zeros(4)
+    box = entering.boxes(position, yaw, np.full((4, 3), 0.1), np.array([True, True, False, True]))
+    p = arc_length.polynomial(curve)
+    for likely in (entering.NOWHERE, 0, 1, 3):
+        assert dodging.in_the_way(p, 0, box[0], box, likely) == 1
+        assert dodging.in_the_way(p, 1, box[1], box, likely) == entering.NOWHERE
 
 
 @given(controls, parameters)
 def test_what_is_cut_off_is_the_rest_of_the_curve(curve: FloatArray, t: float) -> None:
     rest, point, yaw = np.empty((1, 4, 2)), np.empty((1, 2)), np.empty(1)
-    kernels.cut(curve[None], np.array([t]), rest)
-    kernels.stand(curve[None], np.array([t]), point, yaw)
+    running.cut(curve[None], np.array([t]), rest)
+    running.stand(curve[None], np.array([t]), point, yaw)
     np.testing.assert_allclose(rest[0], split_bezier(curve, t)[1], atol=1e-14)
     np.testing.assert_array_equal(rest[0, 0], point[0])
 
@@ -165,7 +173,7 @@ def test_what_is_cut_off_is_the_rest_of_the_curve(curve: FloatArray, t: float) -
 @given(controls, parameters)
 def test_animals_face_along_the_tangent(curve: FloatArray, t: float) -> None:
     point, yaw = np.empty((1, 2)), np.empty(1)
-    kernels.stand(curve[None], np.array([t]), point, yaw)
+    running.stand(curve[None], np.array([t]), point, yaw)
     tangent = bezier_tangent(curve, t)
     if np.linalg.norm(tangent) > 1e-6:
         assert np.cos(yaw[0] - heading(tangent)) == pytest.approx(1)
@@ -184,7 +192,7 @@ def test_an_animal_that_stands_still_for_a_moment_faces_where_it_goes_next(
     curve: FloatArray, t: float, expected: float
 ) -> None:
     point, yaw = np.empty((1, 2)), np.empty(1)
-    kernels.stand(np.array([curve]), np.array([t]), point, yaw)
+    running.stand(np.array([curve]), np.array([t]), point, yaw)
     assert yaw[0] == pytest.approx(expected)
 
 
@@ -194,9 +202,9 @@ def test_compiled_kernels_and_plain_python_agree(rng: np.random.Generator) -> No
     curve[:10, 3], curve[10:20, 3] = box[0, :2], box[1, :2]
     along = np.where(np.arange(40) % 2, 0.1, -0.01)
     results = []
-    for arrival in (COMPILED["arrival"], kernels.arrival):
+    for arrival in (COMPILED["arrival"], running.arrival):
         results.append(np.array([arrival(*given, box) for given in zip(curve, along, strict=True)]))
-    assert set(results[0][:, 0]) == {kernels.NOWHERE, 0, 1}
+    assert set(results[0][:, 0]) == {entering.NOWHERE, 0, 1}
     np.testing.assert_allclose(*results, rtol=0, atol=1e-13)
 
 
@@ -205,12 +213,12 @@ def test_compiled_and_plain_dodging_agree(rng: np.random.Generator) -> None:
     curve = rng.uniform(0, 1, (40, 4, 2))
     position, yaw, size = rng.uniform(0, 1, (9, 2)), rng.uniform(-3, 3, 9), rng.uniform(0.1, 0.2, (9, 3))
     box = np.stack(
-        [kernels.boxes(position, yaw, size + wider, np.arange(9) != 3) for wider in (0.1, 0.0, 0.0)]
+        [entering.boxes(position, yaw, size + wider, np.arange(9) != 3) for wider in (0.1, 0.0, 0.0)]
     )
     goal, aside = rng.integers(0, 9, 40), rng.normal(size=(40, 2))
     bows, table = np.linspace(0, 0.3, 4), np.array([1.0, 0.9])
     results = []
-    for dodge in (COMPILED["dodge"], kernels.dodge):
+    for dodge in (COMPILED["dodge"], dodging.dodge):
         bowed, untouched = curve.copy(), box.copy()
         dodge(bowed, aside, bows, goal, untouched, table)
         np.testing.assert_array_equal(untouched, box)

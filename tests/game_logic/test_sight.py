@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numba.core.dispatcher import Dispatcher
 
 from farm_ar.game_logic import sight
-from farm_ar.geometry import in_vertical_view, in_view
+from farm_ar.geometry import bearing, in_vertical_view, in_view
 from farm_ar.scenes import Camera, FieldOfView, Layout, visible
 
 COMPILED = {name: value for name, value in vars(sight).items() if isinstance(value, Dispatcher)}
@@ -90,3 +90,18 @@ def test_so_is_one_before_a_camera_that_sees_half_a_turn_or_more(
         sight.arm_in_sight(sight.eye_of(camera), *hand)
         == seen_of(arm(hand, sight.ARM_POINTS), camera, 0).any()
     )
+
+
+@given(cameras(fields | wide), st.lists(places, min_size=1, max_size=6))
+def test_what_is_seen_is_what_the_scenes_say_from_left_to_right(camera: Camera, place: list) -> None:
+    n = len(place)
+    layout = Layout(tuple(map(str, range(n))), ("a",) * n, np.array(place), np.zeros(n), np.ones((n, 3)))
+    seen, number = sight.seen_by(camera, layout)
+    angle = bearing(camera.position, camera.yaw, layout.position)
+    edges = np.abs(angle[:, None] - np.array([-camera.fov.left, camera.fov.right])).min()
+    assume(edges > 1e-9)
+    assume(np.abs(np.hypot(*(layout.position - camera.position).T) - camera.fov.range_m).min() > 1e-9)
+    np.testing.assert_array_equal(np.sort(number), np.flatnonzero(seen))
+    assert (np.diff(angle[number]) >= -1e-12).all()
+    if camera.fov.up is None:
+        np.testing.assert_array_equal(seen, visible(layout, camera))

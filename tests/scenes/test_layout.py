@@ -189,3 +189,17 @@ def changed(name: str, index: Any, value: Any) -> Any:
 def test_a_layout_that_cannot_be_is_refused_by_the_name_of_its_field(name, value, message):
     with pytest.raises(SceneError, match=message):
         Layout(**values() | {name: value})
+
+
+def test_placed_elsewhere_it_is_what_other_poses_make_of_it_and_read_only():
+    layout = Layout(**values())
+    assert layout.categories  # worked out, and taken along
+    position, yaw = np.random.default_rng(9).random((3, 2)), np.zeros(3)
+    placed, checked = layout.placed(position, yaw), layout.with_poses(position, yaw)
+    for part in (*PARTS, "category_code", "movable"):
+        np.testing.assert_array_equal(getattr(placed, part), getattr(checked, part))
+    assert (placed.labels, placed.category) == (checked.labels, checked.category)
+    assert not placed.position.flags.writeable
+    assert not placed.yaw.flags.writeable
+    np.testing.assert_array_equal(layout.position, values()["position"])
+    assert pickle.loads(pickle.dumps(placed)).labels == layout.labels

@@ -184,3 +184,14 @@ def test_weights_are_not_negative_and_finite(wrong):
 def test_a_template_that_cannot_be_is_refused(yaw, size, message):
     with pytest.raises(SceneError, match=message):
         Template("chair", yaw, size)
+
+
+def test_a_scene_that_knows_another_arrangement_has_the_same_room_and_finds_the_objects_sites_anew():
+    room = scene(sites=(Site("left", 0, 0), Site("right", 4, 3)))
+    assert room.object_site.tolist() == [0, 1, 1]
+    other = LAYOUT.with_poses([(3, 1), (1, 1), (1, 2)], [0, 0, 1])
+    known = room.knowing(other)
+    assert known.layout is other
+    assert (known.name, known.size, known.sites) == (room.name, room.size, room.sites)
+    assert known.object_site.tolist() == [1, 0, 0]
+    assert room.layout is LAYOUT

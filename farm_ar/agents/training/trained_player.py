@@ -80,8 +80,11 @@ def player_and_env(
 
     Raises:
         RunError: it is no run's folder.
-        OptionError: the player does not fit the environment with these arguments.
+        OptionError: there is neither such a folder nor such a player, or the player does not fit the
+            environment with these arguments.
     """
+    if run not in shipped() and not Path(run).exists():
+        raise OptionError("run", f"must be the folder of a run, or one of {', '.join(shipped())}", run)
     if run in shipped():
         player, env_id = load_shipped(run), SHIPPED_ENV
     else:
