@@ -28,14 +28,16 @@ def curve(run: Path, name: str) -> Figure:
     steps = [row["steps"] / 1000 for row in evaluations]
     means = [row["mean_return"] for row in evaluations]
     axes.plot(steps, means, "o-", color="#1f5fa8", label="evaluations, on the environment")
-    rehearsed = folder.read().recipe.rehearse / 1000
-    if rehearsed:
-        axes.axvspan(0, rehearsed, color="#f1ede4", zorder=0)
-        axes.text(rehearsed / 2, axes.get_ylim()[0], "rehearsal", ha="center", va="bottom", color="#7a6f5a")
+    recipe = folder.read().recipe
+    shown = recipe.imitate["steps"] / 1000 if recipe.imitate else 0.0
+    for begin, end, what in ((0.0, shown, "planner"), (shown, recipe.before / 1000, "rehearsal")):
+        if end > begin:
+            axes.axvspan(begin, end, color="#f1ede4" if begin else "#e7efe2", zorder=0)
+            axes.text((begin + end) / 2, axes.get_ylim()[0], what, ha="center", va="bottom", color="#7a6f5a")
     axes.set_xlabel("thousand steps")
     axes.set_ylabel("mean return of an episode")
     axes.set_title(name)
-    axes.legend(frameon=False, loc="upper left")
+    axes.legend(frameon=False, loc="lower right")
     return figure
 
 

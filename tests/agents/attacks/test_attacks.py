@@ -351,7 +351,7 @@ def test_players_are_told_apart_and_asked_whether_they_can_play():
     both.check(builtin_scene("farm"))
     with pytest.raises(OptionError, match="scene"):
         both.check(builtin_scene("H1"))
-    with pytest.raises(InputError, match=r"run\.json"):
+    with pytest.raises(InputError, match="must be the folder of a run"):
         attack_named("learned:no-such-run").check(builtin_scene("farm"))
 
 
