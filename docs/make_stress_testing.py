@@ -35,7 +35,8 @@ HARM_COLUMNS = (
 TIGHTNESS = """\
 How exactly the truth is known for the paper's rule: the least effort found, divided by the certified one,
 case by case; and by what T1 alone would certify. The game keeps categories apart; the rule as the paper
-states it, `--reid farm_ar.reid:SpatialReid`, does not (`--out out/farm-ungated`, `out/H1-ungated`)."""
+states it, `--reid farm_ar.reid:SpatialReid`, does not (`--cases 8 --out out/farm-ungated`, and
+`out/H1-ungated` with `--jitter none`)."""
 PAGE = Path(__file__).parent / "stress-testing.md"
 
 

@@ -89,7 +89,8 @@ def test_mistakes_are_one_line(mistake, train):
     assert mistake("watch", "x", "--out", "film.avi").startswith(
         "OptionError: --out: must end in .mp4 or .gif"
     )
-    assert "rehearsal (which --imitate 0 --rehearse 0 leave out)" in mistake("train", "x", "--arg", "visits=2")
+    unrehearsed = mistake("train", "x", "--arg", "visits=2")
+    assert "rehearsal (which --imitate 0 --rehearse 0 leave out)" in unrehearsed
     train("one", "--rehearse", 0)
     assert mistake("evaluate", "one", "--beside", "clever").startswith("OptionError: beside: must be one of")
     wrong = mistake("evaluate", "one", "--arg", "action=displacement")
