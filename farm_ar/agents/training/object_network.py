@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import torch
 from torch import Tensor, nn
+from torch.nn.functional import linear
 
 HEADS = 4
 """How many kinds of neighbour an object may look for at once."""
@@ -91,26 +92,54 @@ class ObjectNetwork(nn.Module):
             (B, M) logits of the labels that it may be taken for, and for each ordered choice (B, M, its
             levels) logits given the label.
         """
-        rows = torch.arange(len(which), device=which.device)
-        own = scores.known[rows, which]
-        seen = self._pairs.of(own, scores.known, scores.pairs[rows, which])
-        return self._choices(own[:, None].expand(-1, seen.shape[1], -1), seen, scores.same[rows, which])
+        batch, objects = which.shape[0], scores.same.shape[1]
+        rows = torch.arange(batch, device=which.device)
+        own = (rows * objects + which).repeat_interleave(objects)
+        label = torch.arange(batch * objects, device=which.device)
+        affinity, levels = self._choices(scores, own, label, scores.pairs[rows, which].flatten(0, 1))
+        same = scores.same[rows, which]
+        label_logits = affinity.view_as(same).masked_fill(~same, NOWHERE)
+        return label_logits, [part.view(*same.shape, -1) for part in levels]
 
     def given_any(self, scores: Scores) -> tuple[Tensor, list[Tensor]]:
-        """`given` for all objects at once: (B, M, M) logits and (B, M, M, levels) each."""
-        own = scores.known[:, :, None].expand(-1, -1, scores.known.shape[1], -1)
-        return self._choices(own, self._pairs(scores.known, scores.pairs), scores.same)
+        """`given` for all objects at once: (B, M, M) logits and (B, M, M, levels) each.
 
-    def _choices(self, own: Tensor, seen: Tensor, same: Tensor) -> tuple[Tensor, list[Tensor]]:
-        """Logits of labels (...) and of levels (..., levels each), from what is known of pairs."""
-        affinity = self._affinity(seen).squeeze(-1).masked_fill(~same, NOWHERE)
-        both = torch.cat([own, seen], dim=-1)
-        free, *bends = self._levels(both).split([sum(self._lengths)] + [2] * len(self._lengths), dim=-1)
+        Only pairs of one kind are worked out, and put in their places.
+        """
+        same, objects = scores.same, scores.same.shape[1]
+        pair = same.flatten().nonzero().squeeze(-1)
+        own, label = pair // objects, pair // objects**2 * objects + pair % objects
+        affinity, levels = self._choices(scores, own, label, scores.pairs.flatten(0, 2)[pair])
+        label_logits = affinity.new_full((same.numel(),), NOWHERE).index_copy(0, pair, affinity)
+        return label_logits.view_as(same), [
+            part.new_zeros(same.numel(), part.shape[-1]).index_copy(0, pair, part).view(*same.shape, -1)
+            for part in levels
+        ]
+
+    def _choices(
+        self, scores: Scores, own: Tensor, label: Tensor, pairs: Tensor
+    ) -> tuple[Tensor, list[Tensor]]:
+        """(P,) logits of labels and (P, levels) logits for each ordered choice, of P pairs.
+
+        Args:
+            scores: of the moments.
+            own: (P,) the object of each pair, counted through all moments.
+            label: (P,) the other, whose label it is.
+            pairs: (P, features).
+        """
+        known = scores.known.flatten(0, 1)
+        seen = self._pairs.of(known, own, label, pairs)
+        first, _, last = self._levels
+        assert isinstance(first, nn.Linear)
+        # The first layer is taken apart, so that what it makes of an object is not worked out for each pair.
+        of_own, of_pair = first.weight[:, : known.shape[-1]], first.weight[:, known.shape[-1] :]
+        both = linear(seen, of_pair).add_(linear(known, of_own, first.bias).index_select(0, own))
+        free, *bends = last(torch.relu_(both)).split([sum(self._lengths)] + [2] * len(self._lengths), dim=-1)
         levels = []
         for part, bend in zip(free.split(self._lengths, dim=-1), bends, strict=True):
             level = torch.linspace(-1.0, 1.0, part.shape[-1], device=part.device)
             levels.append(part + 2 * bend[..., :1] * level + 2 * bend[..., 1:] * level.square())
-        return affinity, levels
+        return self._affinity(seen).squeeze(-1), levels
 
 
 @dataclass(frozen=True)
@@ -151,9 +180,11 @@ class _Pairs(nn.Module):
         both = both.add_(self._first(known)[:, :, None]).add_(self._second(known)[:, None])
         return torch.relu_(both)
 
-    def of(self, own: Tensor, known: Tensor, pairs: Tensor) -> Tensor:
-        """(B, M, pair_width) for one object of each moment, of which (B, width) `own` is known."""
-        return torch.relu(self._first(own)[:, None] + self._second(known) + self._pair(pairs))
+    def of(self, known: Tensor, own: Tensor, label: Tensor, pairs: Tensor) -> Tensor:
+        """(P, pair_width) of P pairs, of whose objects (N, width) `known` is known."""
+        both: Tensor = self._pair(pairs)
+        both = both.add_(self._first(known).index_select(0, own))
+        return torch.relu_(both.add_(self._second(known).index_select(0, label)))
 
 
 class _Look(nn.Module):
