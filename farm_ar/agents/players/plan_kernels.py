@@ -13,6 +13,12 @@ from farm_ar.arrays import BoolArray, FloatArray, IntArray
 AMBIGUITY_SHARE = 0.5
 """What a unit of ambiguity is worth beside a wrong label while a plan is unfinished."""
 
+SLACK = 0.05
+"""By how much less than the best one a plan may gain, if its steps are to be tried in another order."""
+
+ROUNDING = 1e-9
+"""Metres and radians that make no difference."""
+
 GRAIN = 1e6
 """Poses are told apart to one part in so many of a metre or a radian."""
 
@@ -35,8 +41,9 @@ def search(
         allowed: what is left of the budget.
         beam: how many unfinished plans are kept.
         steps: (allowed.moves, 3) filled with mover, label and number of the share of each step.
-        worth: (M, M, shares) filled with the most that a plan with a step gains, for all steps that could
-            come first; minus infinity for the others.
+        worth: (M, M, shares) filled with what can be gained from each step on that could come first; minus
+            infinity for the others. Plans that gain much less than the best count for the step alone that
+            they begin with.
 
     Returns:
         How many steps the best plan has.
@@ -101,13 +108,17 @@ def search(
                         gain[found] = wrong[b].sum() - wrong[b, code] + fooled - before - price
                         ambiguity = doubt[b].sum() - doubt[b, code] + unsure
                         promise[found] = gain[found] + AMBIGUITY_SHARE * ambiguity
-                        if depth == 0 or worth[i, j, share] > -np.inf:
-                            worth[i, j, share] = max(worth[i, j, share], gain[found])
-                        for k in range(depth):
+                        pace[found, 0], pace[found, 1], pace[found, 2] = i, j, share
+                        ways[b, depth] = pace[found]
+                        first, label, part = ways[b, 0]
+                        worth[first, label, part] = max(worth[first, label, part], gain[found])
+                        for k in range(1, depth + 1):
                             other, label, part = ways[b, k]
-                            if worth[other, label, part] > -np.inf:
-                                worth[other, label, part] = max(worth[other, label, part], gain[found])
-                        node[found], pace[found, 0], pace[found, 1], pace[found, 2] = b, i, j, share
+                            if gain[found] < best - SLACK or gain[found] <= worth[other, label, part]:
+                                continue
+                            if _can_begin(table, terms, allowed, ways[b, : depth + 1], k):
+                                worth[other, label, part] = gain[found]
+                        node[found] = b
                         found += 1
         if found == 0:
             break
@@ -133,6 +144,29 @@ def search(
             kind_keys[b, code] += _posed(i, x, z, heading)
             wrong[b, code], doubt[b, code] = _judge(code, table, terms, shown[b], position[b], yaw[b])
     return length
+
+
+@_compile
+def _can_begin(table: Table, terms: Terms, allowed: Allowance, way: IntArray, k: int) -> bool:
+    """Whether a plan comes to the same if its step number k is done first."""
+    place, yaw, length = table.position.copy(), table.yaw.copy(), np.empty((len(way), 2))
+    spent = np.zeros(2)
+    for n in range(len(way)):
+        i, j, share = way[n]
+        _, _, _, metres, radians = target(table, terms, allowed, spent, i, j, share)
+        length[n, 0], length[n, 1] = metres, radians
+        spent += length[n]
+    spent[:] = 0.0
+    for n in range(len(way)):
+        step = k if n == 0 else n - 1 if n <= k else n
+        i, j, share = way[step]
+        x, z, heading, metres, radians = target(table, terms, allowed, spent, i, j, share)
+        shortened = abs(metres - length[step, 0]) + abs(radians - length[step, 1]) > ROUNDING
+        if shortened or not is_clear(table, terms, place, yaw, i, x, z, heading):
+            return False
+        place[i, 0], place[i, 1], yaw[i] = x, z, heading
+        spent[0], spent[1] = spent[0] + metres, spent[1] + radians
+    return True
 
 
 @_compile

@@ -46,7 +46,9 @@ class Demonstrations:
 
     def draw(self, count: int, rng: np.random.Generator) -> dict[str, npt.NDArray[Any]]:
         """So many of the moments, at random."""
-        self._parts = {name: [np.concatenate(parts)] for name, parts in self._parts.items()}
+        for parts in self._parts.values():
+            if len(parts) > 1:  # once for all draws until more is shown
+                parts[:] = [np.concatenate(parts)]
         rows = rng.integers(len(self), size=count)
         return {name: parts[0][rows] for name, parts in self._parts.items()}
 

@@ -198,12 +198,19 @@ class Rehearsal(VecEnv):
             steps = np.zeros((allowed.moves, 3), dtype=np.int64)
             search(table, eye_of(cameras.at(b)), self._terms, allowed, beam, steps, worth[b])
         flat = worth.reshape(count, -1)
-        best = np.argsort(-flat, axis=1, kind="stable")[:, :SHOWN]
+        best = np.argsort(-flat, axis=1, kind="stable")[:, : 2 * SHOWN]
+        gain = np.take_along_axis(flat, best, axis=1)
         steps = np.stack(np.unravel_index(best, worth.shape[1:]), axis=-1)
-        leaves = np.zeros((count, 1, len(self._nvec)), dtype=np.int64)
-        leaves[..., 0] = self._movable
-        actions = np.concatenate([self._meant(steps), leaves], axis=1)
-        gain = np.concatenate([np.take_along_axis(flat, best, axis=1), np.zeros((count, 1))], axis=1)
+        leaves = np.zeros(len(self._nvec), dtype=np.int64)
+        leaves[0] = self._movable
+        actions = np.where(gain[..., None] > -np.inf, self._meant(steps), leaves)
+        same = (actions[:, :, None] == actions[:, None]).all(axis=-1)
+        gain[np.tril(same, -1).any(axis=-1)] = -np.inf  # it stands there already, and gains no less
+        kept = np.argsort(-gain, axis=1, kind="stable")[:, :SHOWN]
+        actions = np.concatenate(
+            [np.take_along_axis(actions, kept[..., None], axis=1), np.tile(leaves, (count, 1, 1))], axis=1
+        )
+        gain = np.concatenate([np.take_along_axis(gain, kept, axis=1), np.zeros((count, 1))], axis=1)
         return Demonstration(actions, np.exp((gain - gain.max(axis=1, keepdims=True)) / TOLERANCE))
 
     def _meant(self, steps: IntArray) -> IntArray:
