@@ -15,7 +15,7 @@ from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.vec_env import VecEnv
 
 from farm_ar.agents.training.imitating import ImitatingPPO
-from farm_ar.agents.training.run_folder import BEST, CHECKPOINTS, KEPT, RunFolder, Table
+from farm_ar.agents.training.run_folder import BEST, CHECKPOINTS, RunFolder, Table
 
 MODEL, NORMALIZATION, REPLAY, STATE = "model.zip", "vecnormalize.pkl", "replay_buffer.pkl", "state.json"
 DEMONSTRATIONS = "demonstrations.npz"
@@ -86,7 +86,7 @@ class Checkpoints(BaseCallback):
                 mean_return=round(float(np.mean([e["r"] for e in episodes])), 5),
                 mean_length=round(float(np.mean([e["l"] for e in episodes])), 3),
             )
-        self._folder.keep(CHECKPOINTS, self._saved, lambda at: write_model(self.model, at, seconds), KEPT)
+        self._folder.keep(CHECKPOINTS, self._saved, lambda at: write_model(self.model, at, seconds))
 
 
 class KeepBest(BaseCallback):
@@ -161,7 +161,7 @@ class NoteEvaluation(BaseCallback):
 
     def _init_callback(self) -> None:
         self._table = Table(self._folder.path / "evaluations.csv", EVALUATIONS, self.model.num_timesteps)
-        if self._table.rows:
+        if self._table.rows and self._folder.kept(BEST):
             self.parent.best_mean_reward = self._table.rows[-1]["best_mean_return"]
         # Evaluations go by calls, of which there has been one for every step of all environments.
         self.parent.n_calls = self.model.num_timesteps // self.model.n_envs

@@ -13,7 +13,7 @@ from farm_ar.agents.training.scores import Score, score
 from farm_ar.agents.training.trained_player import player_and_env
 from farm_ar.arrays import FloatArray
 from farm_ar.envs import FarmToTableEnv
-from farm_ar.errors import known_name
+from farm_ar.errors import OptionError, known_name
 
 HELD_OUT = 10_000_000
 """Seed of the first held-out episode; trainings and their evaluations use lower ones."""
@@ -124,17 +124,23 @@ def compare(
 
     Raises:
         RunError: a folder is no run's.
-        OptionError: a player is not known, or cannot play here.
+        OptionError: a player is not known, or cannot play here; or the runs are of several environments.
     """
     for name in beside:
         known_name("beside", name, (CONSTANT, *PLAYERS))
-    seeds, trained = held_out(episodes), []
-    for run in runs:
-        player, env = player_and_env(run, which, arguments)
-        trained.append(play(env, player, seeds))
-    played: dict[str, Sequence[Played]] = {"trained": trained}
+    seeds, pairs = held_out(episodes), [player_and_env(run, which, arguments) for run in runs]
+    env = pairs[0][1]
+    for run, (_, other) in zip(runs, pairs, strict=True):
+        if (type(other), other.options) != (type(env), env.options):
+            expected = f"must be of the same environment with the same arguments as {runs[0]}"
+            raise OptionError("run", expected, run)
+    others: dict[str, Sequence[Played]] = {}
     for name in dict.fromkeys([*beside, "random"]):
-        played[name] = [play(env, _other(name, env, np.random.default_rng(seed)), seeds)]
+        try:
+            others[name] = [play(env, _other(name, env, np.random.default_rng(seed)), seeds)]
+        except OptionError as problem:
+            raise OptionError("beside", f"must be players who can play here ({problem})", name) from None
+    played = {"trained": [play(env, player, seeds) for player, _ in pairs], **others}
     best = best_found([one for several in played.values() for one in several])
     return Comparison(played, best, seed)
 

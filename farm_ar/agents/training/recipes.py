@@ -93,15 +93,17 @@ class Recipe:
     ) -> Recipe:
         """The same with further arguments of the environment, and other numbers of steps.
 
-        No planner can show a helper (`sign` -1) what to do, so that a recipe's is left out there. The
-        reward `miscount` looks at the animals, so a recipe that leaves them out is not taken at its word.
+        No planner can show what to do to a helper (`sign` -1) or for the reward `miscount`; a recipe's
+        is left out there. That reward looks at the animals: a recipe that leaves them out is not taken at its
+        word.
         """
         steps = self.n_timesteps if n_timesteps is None else n_timesteps
         both = {**self.env_kwargs, **env_kwargs}
         if both.get("reward") == "miscount":
             both = {name: value for name, value in both.items() if name not in LEFT_OUT or name in env_kwargs}
         rehearsed = self.rehearse if rehearse is None else rehearse
-        shown = None if both.get("sign") == -1 else self.imitate
+        planned = both.get("sign") != -1 and both.get("reward") != "miscount"
+        shown = self.imitate if planned else None
         if imitate is not None:
             shown = {**IMITATE, **(shown or {}), "steps": imitate} if imitate else None
         return replace(self, env_kwargs=both, n_timesteps=steps, imitate=shown, rehearse=rehearsed)

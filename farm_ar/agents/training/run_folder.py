@@ -8,7 +8,8 @@ import json
 import platform
 import shutil
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -25,13 +26,30 @@ from farm_ar.scenes.fields import read_json, write_text
 DESCRIPTION, HYPERPARAMETERS = "run.json", "hyperparameters.yml"
 CHECKPOINTS, BEST = "checkpoints", "best"
 KEPT = 2
-"""How many checkpoints stay; one would do, were it not for a disk that loses its newest file."""
+"""How many of either stay: the one before is there if the newest is damaged, or lies after a checkpoint."""
 
 PACKAGES = ("numpy", "torch", "stable-baselines3", "sb3-contrib", "gymnasium", "pymunk", "numba")
 
 
 class RunError(InputError):
     """A run's folder that cannot be used."""
+
+
+@contextmanager
+def as_written(saved: Path) -> Iterator[None]:
+    """Whatever goes wrong in here is the fault of files that are not as they were written.
+
+    Args:
+        saved: the folder of the model.
+
+    Raises:
+        RunError: something went wrong.
+    """
+    try:
+        yield
+    except Exception as problem:  # of zip files, pickles, tensors: each has errors of its own
+        expected = "must be as it was written; without its folder the run goes on from the one before"
+        raise RunError("model", expected, repr(problem), str(saved)) from problem
 
 
 @dataclass(frozen=True)
@@ -113,14 +131,13 @@ class RunFolder:
         except (OSError, KeyError, TypeError, yaml.YAMLError) as problem:
             raise RunError("run", "must be as farm-ar train wrote it", repr(problem), source) from None
 
-    def keep(self, kind: str, steps: int, write: Callable[[Path], None], kept: int = 1) -> None:
-        """Keep files whole or not at all, in `kind/STEPS/`, in place of earlier ones.
+    def keep(self, kind: str, steps: int, write: Callable[[Path], None]) -> None:
+        """Keep files whole or not at all, in `kind/STEPS/`, beside the ones before them.
 
         Args:
             kind: "checkpoints" or "best".
             steps: how many steps had been taken.
             write: writes the files into the folder that it is given.
-            kept: how many of the kind stay.
         """
         home = self.path / kind
         target, temporary = home / f"{steps:09d}", home / f".{steps}-{uuid4().hex}"
@@ -132,8 +149,20 @@ class RunFolder:
             temporary.rename(target)
         finally:
             shutil.rmtree(temporary, ignore_errors=True)
-        for old in self.kept(kind)[:-kept]:
+        for old in self.kept(kind)[:-KEPT]:
             shutil.rmtree(old, ignore_errors=True)
+
+    def go_back(self, steps: int) -> None:
+        """Forget models later than a checkpoint, and what a kill left unfinished.
+
+        Args:
+            steps: of the checkpoint.
+        """
+        for kind in (CHECKPOINTS, BEST):
+            for late in (path for path in self.kept(kind) if int(path.name) > steps):
+                late.rename(late.with_name(f".{late.name}"))
+            for unfinished in (self.path / kind).glob(".[0-9]*"):
+                shutil.rmtree(unfinished, ignore_errors=True)
 
     def kept(self, kind: str) -> list[Path]:
         """The folders of a kind, the newest last."""

@@ -74,7 +74,9 @@ def score(returns: FloatArray, random: FloatArray, best: FloatArray, rng: np.ran
     runs, episodes = returns.shape
     counts = rng.multinomial(episodes, np.full(episodes, 1 / episodes), size=RESAMPLES) / episodes
     low, high = counts @ random, counts @ best
-    of_run = (returns @ counts.T - low) / np.maximum(high - low, np.finfo(np.float64).tiny)
-    drawn = np.take_along_axis(of_run, rng.integers(runs, size=(runs, RESAMPLES)), axis=0)
+    drawn_run = rng.integers(runs, size=(runs, RESAMPLES))
+    some = high > low  # in a resample where random is the best, there is no score
+    of_run = (returns @ counts[some].T - low[some]) / (high - low)[some]
+    drawn = np.take_along_axis(of_run, drawn_run[:, some], axis=0)
     ends = np.quantile(interquartile_mean(drawn), [0.025, 0.975])
     return Score(value, float(ends[0]), float(ends[1]))

@@ -17,7 +17,7 @@ from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
 from farm_ar.agents.training.algorithms import ALGORITHMS
 from farm_ar.agents.training.callbacks import MODEL, NORMALIZATION
 from farm_ar.agents.training.object_policy import ObjectPolicy
-from farm_ar.agents.training.run_folder import BEST, CHECKPOINTS, RunFolder
+from farm_ar.agents.training.run_folder import BEST, CHECKPOINTS, RunFolder, as_written
 from farm_ar.envs import FarmToTableEnv
 from farm_ar.errors import OptionError, known_name
 
@@ -106,19 +106,20 @@ def load_player(run: Path, which: str = "best") -> TrainedPlayer:
         which: "best", by the evaluations, or "last".
 
     Raises:
-        RunError: it is no run's folder, or has come to no such model.
+        RunError: it is no run's folder, or has come to no such model, or the model's files are damaged.
         OptionError: `which` is neither.
     """
     folder = RunFolder(run)
     description = folder.read()
     kind = BEST if known_name("which", which, ("best", "last")) == "best" else CHECKPOINTS
     saved = folder.newest(kind)
-    model = ALGORITHMS[description.algo].load(saved / MODEL, device="cpu")
     normalization = None
-    if description.recipe.normalize is not None:
-        kwargs = description.recipe.env_kwargs
-        envs = DummyVecEnv([lambda: gym.make(description.env, **kwargs)])
-        normalization = VecNormalize.load(str(saved / NORMALIZATION), envs)
+    with as_written(saved):
+        model = ALGORITHMS[description.algo].load(saved / MODEL, device="cpu")
+        if description.recipe.normalize is not None:
+            kwargs = description.recipe.env_kwargs
+            envs = DummyVecEnv([lambda: gym.make(description.env, **kwargs)])
+            normalization = VecNormalize.load(str(saved / NORMALIZATION), envs)
     return TrainedPlayer(model, normalization, description.recipe.env_kwargs)
 
 

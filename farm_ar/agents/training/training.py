@@ -15,7 +15,6 @@ from stable_baselines3.common.callbacks import BaseCallback, CallbackList
 from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.logger import configure
 from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
-from stable_baselines3.common.utils import set_random_seed
 from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecEnv, VecNormalize
 
 import farm_ar  # noqa: F401  # registers the environments
@@ -36,7 +35,7 @@ from farm_ar.agents.training.callbacks import (
 )
 from farm_ar.agents.training.imitating import Demonstrations, ImitatingPPO
 from farm_ar.agents.training.rehearsal import Rehearsal
-from farm_ar.agents.training.run_folder import CHECKPOINTS, Run, RunError, RunFolder
+from farm_ar.agents.training.run_folder import CHECKPOINTS, Run, RunFolder, as_written
 from farm_ar.errors import OptionError
 
 EVALUATION_SEED = 1_000_003
@@ -82,6 +81,7 @@ def train(
     started = folder.kept(CHECKPOINTS)
     newest = started[-1] if started else None
     done, seconds = (0, 0.0) if newest is None else _state(newest)
+    folder.go_back(done)
     seed = run.seed + done
     envs = _environments(run, seed, run.recipe.n_envs, newest)
     judge = _environments(run, run.seed + EVALUATION_SEED, 1, None, judging=True)
@@ -107,13 +107,11 @@ def _check(run: Run) -> None:
     check_fit(run.algo, run.recipe.policy, env)
     env.close()
     if run.recipe.imitate is not None:
+        shown = run.recipe.imitate["steps"]
         if run.algo != "maskable-ppo" or run.recipe.policy != "ObjectPolicy":
-            expected = "must be none but for maskable-ppo with ObjectPolicy"
-            raise OptionError("imitate", expected, run.recipe.imitate)
+            raise OptionError("imitate", "must be 0 but for maskable-ppo with ObjectPolicy", shown)
         if run.recipe.env_kwargs.get("sign", 1) != 1:
-            raise OptionError(
-                "imitate", "must be 0 for a helper, whom no planner can show", run.recipe.imitate
-            )
+            raise OptionError("imitate", "must be 0 for a helper, whom no planner can show", shown)
     if run.recipe.before:
         if run.env != "FarmToTable-v0" or run.recipe.normalize is not None:
             expected = "must both be 0 but for FarmToTable-v0 without normalization"
@@ -156,14 +154,15 @@ def _new_model(run: Run, envs: VecEnv) -> BaseAlgorithm:
 
 def _old_model(run: Run, envs: VecEnv, saved: Path) -> BaseAlgorithm:
     learner = ALGORITHMS[run.algo] if run.recipe.imitate is None else ImitatingPPO
-    model = learner.load(saved / MODEL, env=envs, device="cpu")
-    if isinstance(model, ImitatingPPO):
-        model.demonstrations = Demonstrations()
-        if (saved / DEMONSTRATIONS).exists():
-            model.demonstrations.load(saved / DEMONSTRATIONS)
-    if isinstance(model, OffPolicyAlgorithm):
-        model.load_replay_buffer(saved / REPLAY)
-    set_random_seed(run.seed + model.num_timesteps)
+    with as_written(saved):
+        model = learner.load(saved / MODEL, env=envs, device="cpu")
+        if isinstance(model, ImitatingPPO):
+            model.demonstrations = Demonstrations()
+            if model.num_timesteps < model.imitate["steps"]:
+                model.demonstrations.load(saved / DEMONSTRATIONS)
+        if isinstance(model, OffPolicyAlgorithm):
+            model.load_replay_buffer(saved / REPLAY)
+    model.set_random_seed(run.seed + model.num_timesteps)  # of the environments too, to see new tables
     return model
 
 
@@ -202,8 +201,6 @@ def _learn(
 
 def _state(saved: Path) -> tuple[int, float]:
     """Steps and seconds of a checkpoint."""
-    try:
+    with as_written(saved):
         state = json.loads((saved / STATE).read_text(encoding="utf-8"))
         return int(state["steps"]), float(state["seconds"])
-    except (OSError, ValueError, KeyError) as problem:
-        raise RunError("checkpoint", "must be as it was written", repr(problem), str(saved)) from None

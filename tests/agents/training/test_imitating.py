@@ -14,6 +14,7 @@ from farm_ar.agents.training.run_folder import RunFolder
 from farm_ar.agents.training.training import train
 from farm_ar.envs import FarmToTableEnv
 from farm_ar.errors import OptionError
+from farm_ar.scenes import builtin_scene
 
 QUICK = {"play_seconds": 0.0, "animals_a_second": 0.0}
 IMITATE = {"steps": 64, "beam": 2, "batches": 4, "learning_rate": 0.003}
@@ -60,6 +61,33 @@ def test_a_planner_shows_what_the_analytic_player_does(action):
         shown = rehearsal.demonstrate(8)
         best = shown.actions[0][shown.worth[0] == 1.0]
         assert player.act(env).tolist() in best.tolist()
+
+
+def test_what_is_shown_twice_counts_once():
+    rehearsal = Rehearsal(64, 0, action="displacement")
+    rehearsal.reset()
+    shown = rehearsal.demonstrate(8)
+    several = 0
+    for actions, worth in zip(shown.actions.tolist(), shown.worth, strict=True):
+        counted = [tuple(action) for action, value in zip(actions, worth, strict=True) if value > 0]
+        assert len(set(counted)) == len(counted)
+        several += len(counted) > 1
+    assert several > 32
+
+
+def test_where_few_steps_are_possible_the_rest_is_to_leave():
+    farm = builtin_scene("farm")
+    kinds = farm.layout.category_code
+    few = [i for i in range(len(kinds)) if farm.layout.fixed[i] or np.sum(kinds[:i] == kinds[i]) < 2]
+    scene = dataclasses.replace(farm, layout=farm.layout.subset(few))
+    rehearsal = Rehearsal(16, 0, action="slot", scene=scene)
+    rehearsal.reset()
+    shown = rehearsal.demonstrate(8)
+    assert np.all(shown.actions < rehearsal.action_space.nvec)
+    assert np.all(shown.worth[shown.actions[..., 0] == len(few) - 1] >= 0)
+    spaces = rehearsal.observation_space, rehearsal.action_space
+    policy = ObjectPolicy(*spaces, lambda _: 1e-3, width=16, pair_width=8, rounds=1)
+    assert torch.isfinite(_errors(policy, seen_by(rehearsal))[0])
 
 
 def test_where_no_plan_is_worth_its_effort_it_leaves():
@@ -169,14 +197,19 @@ def test_demonstrations_are_kept_and_drawn(tmp_path):
     assert np.array_equal(drawn["actions"][:, 0], drawn["returns"])
 
 
-def test_a_run_that_was_interrupted_while_it_imitated_knows_what_it_was_shown(tiny, tmp_path):
+def test_a_run_that_was_interrupted_while_it_imitated_knows_what_it_was_shown(tiny, tmp_path, monkeypatch):
     run = tiny(n_timesteps=32, imitate=IMITATE)
     train(run, tmp_path)
     saved = RunFolder(tmp_path).newest("checkpoints")
     kept = Demonstrations()
     kept.load(saved / "demonstrations.npz")
     assert len(kept) == 32
+    drawn, learn = [], Demonstrations.draw
+    monkeypatch.setattr(
+        Demonstrations, "draw", lambda self, *rest: drawn.append(len(self)) or learn(self, *rest)
+    )
     model = train(run, tmp_path, resume=True, steps=96)
+    assert drawn == [64] * IMITATE["batches"]
     assert model.num_timesteps == 96
     assert not (RunFolder(tmp_path).newest("checkpoints") / "demonstrations.npz").exists()
 
@@ -184,7 +217,7 @@ def test_a_run_that_was_interrupted_while_it_imitated_knows_what_it_was_shown(ti
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"policy": "MultiInputPolicy", "policy_kwargs": {}}, "imitate: must be none but for maskable-ppo"),
+        ({"policy": "MultiInputPolicy", "policy_kwargs": {}}, "imitate: must be 0 but for maskable-ppo"),
         ({"env_kwargs": {**QUICK, "sign": -1}}, "imitate: must be 0 for a helper"),
         ({"env_kwargs": {**QUICK, "visits": 2}}, "visits: must be 1 in a rehearsal"),
     ],

@@ -32,7 +32,7 @@ def test_what_belongs_to_no_run_is_named(tmp_path, tiny):
 def test_the_newest_stay(tmp_path):
     folder = RunFolder(tmp_path)
     for steps in (5, 100, 20):
-        folder.keep("best", steps, lambda at: (at / "model").write_text("m"), kept=2)
+        folder.keep("best", steps, lambda at: (at / "model").write_text("m"))
     assert [path.name for path in folder.kept("best")] == ["000000020", "000000100"]
     assert folder.newest("best").name == "000000100"
 
@@ -47,6 +47,18 @@ def test_what_is_interrupted_leaves_nothing(tmp_path):
     with pytest.raises(KeyboardInterrupt):
         folder.keep("best", 2, interrupted)
     assert [path.name for path in (tmp_path / "best").iterdir()] == ["000000001"]
+
+
+def test_who_goes_back_to_a_checkpoint_forgets_what_came_after_and_what_is_unfinished(tmp_path):
+    folder = RunFolder(tmp_path)
+    for kind, steps in (("checkpoints", 32), ("checkpoints", 64), ("best", 40), ("best", 70)):
+        folder.keep(kind, steps, lambda at: (at / "model").write_text("m"))
+    (tmp_path / "best" / ".90-abc").mkdir()
+    folder.go_back(64)
+    left = sorted(str(path.relative_to(tmp_path)) for path in tmp_path.glob("*/*"))
+    assert left == ["best/000000040", "checkpoints/000000032", "checkpoints/000000064"]
+    folder.keep("best", 70, lambda at: (at / "model").write_text("another"))
+    assert (folder.newest("best") / "model").read_text() == "another"
 
 
 def test_what_a_killed_process_left_is_not_taken_for_a_checkpoint(tmp_path):

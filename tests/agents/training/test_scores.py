@@ -45,6 +45,13 @@ def test_the_interval_holds_the_value_and_narrows_with_more_episodes(rng):
     assert str(many).startswith("0.5")
 
 
+def test_resamples_in_which_random_is_the_best_say_nothing():
+    random, best = np.array([1.0, 0.0]), np.array([1.0, 2.0])
+    found = score(np.array([[1.0, 1.0]]), random, best, np.random.default_rng(0))
+    assert found.value == 0.5
+    assert 0.5 <= found.low <= found.high <= 1.0
+
+
 def test_the_same_seed_draws_the_same_interval(rng):
     runs, random, best = rng.normal(2, 1, (5, 20)), rng.normal(0, 1, 20), rng.normal(4, 1, 20)
     first = score(runs, random, best, np.random.default_rng(1))

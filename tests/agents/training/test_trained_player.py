@@ -100,3 +100,15 @@ def test_several_runs_are_compared_as_one(tiny, tmp_path, monkeypatch):
     assert list(found.played) == ["trained", "analytic", "constant", "random"]
     with pytest.raises(OptionError, match="beside: must be one of"):
         compare([str(tmp_path / "run")], ["clever"], 3)
+
+
+def test_runs_of_other_environments_are_not_compared_as_one():
+    with pytest.raises(OptionError, match="run: must be of the same environment with the same arguments as"):
+        compare(["farm-slot", "farm-displacement"], [], 2)
+
+
+def test_a_player_who_cannot_play_there_is_named():
+    with pytest.raises(
+        OptionError, match=r"beside: must be players who can play here \(sign: .*got 'analytic'"
+    ):
+        compare(["farm-slot"], ["analytic"], 2, arguments={"sign": -1})

@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -16,7 +17,8 @@ from stable_baselines3.common.vec_env import DummyVecEnv
 
 from farm_ar.agents.training.algorithms import ALGORITHMS
 from farm_ar.agents.training.rehearsal import Rehearsal
-from farm_ar.agents.training.run_folder import RunFolder, read_table
+from farm_ar.agents.training.run_folder import RunError, RunFolder, read_table
+from farm_ar.agents.training.trained_player import load_player
 from farm_ar.agents.training.training import train
 from farm_ar.errors import OptionError
 
@@ -106,6 +108,49 @@ def test_a_killed_run_goes_on_and_repeats_one_rollout_at_most(tiny, tmp_path):
     assert read_table(path / "training.csv")[: kept // 32] == before[: kept // 32]
     seconds = [row["seconds"] for row in read_table(path / "training.csv")]
     assert seconds == sorted(seconds)
+
+
+def test_a_run_that_goes_on_sees_other_tables_than_those_it_began_with(tiny, tmp_path, monkeypatch):
+    run, first = tiny(n_timesteps=32), []
+    collect = MaskablePPO.collect_rollouts
+
+    def watched(self, *rest, **named):
+        first.append(self._last_obs["position"].copy())
+        return collect(self, *rest, **named)
+
+    monkeypatch.setattr(MaskablePPO, "collect_rollouts", watched)
+    train(run, tmp_path)
+    train(run, tmp_path, resume=True, steps=64)
+    train(run, tmp_path, resume=True, steps=96)
+    assert len({positions.tobytes() for positions in first}) == len(first) == 3
+
+
+def test_the_best_model_is_the_best_of_what_a_run_remembers(tiny, tmp_path):
+    run = dataclasses.replace(tiny(n_timesteps=64), eval_every=32)
+    train(run, tmp_path)
+    folder = RunFolder(tmp_path)
+    # As after a kill: the evaluation at 64 steps has come, its checkpoint has not.
+    shutil.rmtree(folder.newest("checkpoints"))
+    folder.keep("best", 64, lambda at: (at / "model.zip").write_text("of a future that is no more"))
+    train(run, tmp_path, resume=True)
+    rows = read_table(tmp_path / "evaluations.csv")
+    assert [row["steps"] for row in rows] == [32, 64]
+    best = max(rows, key=lambda row: row["mean_return"])
+    assert int(folder.newest("best").name) == best["steps"]
+    assert ALGORITHMS["maskable-ppo"].load(folder.newest("best") / "model.zip")
+
+
+def test_a_damaged_model_is_named_and_the_one_before_it_can_be_used(tiny, tmp_path):
+    run = tiny(n_timesteps=64)
+    train(run, tmp_path)
+    folder = RunFolder(tmp_path)
+    damaged = folder.newest("checkpoints")
+    (damaged / "model.zip").write_bytes((damaged / "model.zip").read_bytes()[:1000])
+    for use in (lambda: train(run, tmp_path, resume=True, steps=96), lambda: load_player(tmp_path, "last")):
+        with pytest.raises(RunError, match=f"{damaged.name}: model: must be as it was written"):
+            use()
+    shutil.rmtree(damaged)
+    assert train(run, tmp_path, resume=True, steps=96).num_timesteps == 96
 
 
 @pytest.mark.parametrize(
