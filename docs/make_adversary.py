@@ -1,6 +1,6 @@
-"""Makes an adversary that comes with farm-ar of a run, and the picture of its learning curve.
+"""Makes an adversary that comes with farm-ar of a run, and the picture of its learning curve and of others'.
 
-python docs/make_adversary.py runs/displacement-0 farm-displacement last
+python docs/make_adversary.py farm-displacement last runs/displacement-0 runs/displacement-1
 """
 
 import sys
@@ -17,18 +17,22 @@ MODELS = Path(farm_ar.__file__).parent / "agents" / "training" / "models"
 IMAGES = Path(__file__).parent / "images"
 
 
-def curve(run: Path, name: str) -> Figure:
-    """Mean return while learning, and of the evaluations, against steps."""
-    folder = RunFolder(run)
-    training, evaluations = read_table(run / "training.csv"), read_table(run / "evaluations.csv")
+def curve(runs: list[Path], name: str) -> Figure:
+    """Mean return while learning and in evaluations, against steps: of the first run, and of others thin."""
     figure = Figure(figsize=(6.4, 3.4))
     axes = figure.subplots()
-    steps = [row["steps"] / 1000 for row in training]
-    axes.plot(steps, [row["mean_return"] for row in training], color="#9aa5b1", label="while learning")
-    steps = [row["steps"] / 1000 for row in evaluations]
-    means = [row["mean_return"] for row in evaluations]
-    axes.plot(steps, means, "o-", color="#1f5fa8", label="evaluations, on the environment")
-    recipe = folder.read().recipe
+    for n, run in enumerate(runs):
+        learnt, judged = read_table(run / "training.csv"), read_table(run / "evaluations.csv")
+        thick, front = (1.6, 2) if n == 0 else (0.7, 1)
+        labels = ("while learning", "evaluations, on the environment") if n == 0 else (None, None)
+        for rows, colour, mark, label in zip(
+            (learnt, judged), ("#9aa5b1", "#1f5fa8"), ("", "o"), labels, strict=True
+        ):
+            steps, means = [row["steps"] / 1000 for row in rows], [row["mean_return"] for row in rows]
+            axes.plot(
+                steps, means, color=colour, marker=mark, ms=3 * thick, lw=thick, zorder=front, label=label
+            )
+    recipe = RunFolder(runs[0]).read().recipe
     shown = recipe.imitate["steps"] / 1000 if recipe.imitate else 0.0
     for begin, end, what in ((0.0, shown, "planner"), (shown, recipe.before / 1000, "rehearsal")):
         if end > begin:
@@ -42,8 +46,10 @@ def curve(run: Path, name: str) -> Figure:
 
 
 def main() -> None:
-    """Write both files."""
-    run, name, which = Path(sys.argv[1]), sys.argv[2], sys.argv[3]
+    """Write both files: the weights of the first run, and the picture of all."""
+    name, which, *paths = sys.argv[1:]
+    runs = [Path(path) for path in paths]
+    run = runs[0]
     described = RunFolder(run).read()
     saved = RunFolder(run).newest(BEST if which == "best" else CHECKPOINTS)
     about = {
@@ -56,7 +62,7 @@ def main() -> None:
     }
     MODELS.mkdir(exist_ok=True)
     save_weights(load_player(run, which), MODELS / f"{name}.npz", about)
-    save_picture(curve(run, name), IMAGES / f"{name}.svg")
+    save_picture(curve(runs, name), IMAGES / f"{name}.svg")
     print(f"{name}: {which} after {int(saved.name)} steps")
 
 
