@@ -22,8 +22,11 @@ VALUE_SHARE = 0.1
 LEAST = 1e-12
 """What choices are worth at least."""
 
-LOWEST_RATE = 0.1
+LOWEST_RATE = 0.02
 """To what share of itself the rate falls by the end."""
+
+LEAST_LED = 0.5
+"""In what share of the steps the planner acts by the end."""
 
 
 class Demonstrations:
@@ -65,14 +68,14 @@ class Demonstrations:
 class ImitatingPPO(MaskablePPO):
     """MaskablePPO whose first steps are in a rehearsal with a planner at its side, whose choices it learns.
 
-    At first the planner acts, by and by the learner itself, so that it is told what to do where it comes to
-    by its own choices; and it remembers all that it was told (Ross, Gordon and Bagnell 2011, "A reduction of
+    At first the planner acts, by and by the learner itself in half of the steps, so that it is told what to do
+    where it comes to by its own choices; and it remembers all that it was told (Ross, Gordon and Bagnell 2011, "A reduction of
     imitation learning and structured prediction to no-regret online learning"). One step of the best plan is
     as good as another, if it can come first. The policy must be an `ObjectPolicy`.
 
     Args:
         imitate: "steps" until it is left to itself, the "beam" of the planner, how many "batches" it learns
-            after every rollout, and the "learning_rate" meanwhile, which falls to a tenth.
+            after every rollout, and the "learning_rate" meanwhile, which falls to a fiftieth.
         arguments: of `MaskablePPO`.
     """
 
@@ -86,7 +89,8 @@ class ImitatingPPO(MaskablePPO):
         rehearsal = self.env
         if isinstance(rehearsal, Rehearsal):
             left = 1.0 - self.num_timesteps / self.imitate["steps"] if self.imitate else 0.0
-            rehearsal.beam, rehearsal.led = (self.imitate["beam"], left) if left > 0.0 else (0, 0.0)
+            led = LEAST_LED + (1.0 - LEAST_LED) * left
+            rehearsal.beam, rehearsal.led = (self.imitate["beam"], led) if left > 0.0 else (0, 0.0)
         goes_on = bool(super().collect_rollouts(*arguments, **named))
         if isinstance(rehearsal, Rehearsal) and rehearsal.shown:
             self._remember(rehearsal.shown)
@@ -180,7 +184,7 @@ def _errors(policy: ObjectPolicy, moments: dict[str, npt.NDArray[Any]]) -> tuple
     """How little the policy's choices are worth to the planner, as a logarithm; how wrong its values are."""
     names = policy.observation_space.spaces  # type: ignore[attr-defined]
     seen = {name: torch.as_tensor(moments[name]) for name in names}
-    distribution, values = policy.outlook(seen, moments["masks"])
+    distribution, values = policy.outlook(seen, moments["masks"], apart=True)
     actions, worth = torch.as_tensor(moments["actions"]), torch.as_tensor(moments["worth"])
     choice = -torch.logsumexp(distribution.log_probs(actions) + worth.clamp(min=LEAST).log(), dim=1).mean()
     return choice, (values.squeeze(-1) - torch.as_tensor(moments["returns"])).square().mean()

@@ -66,8 +66,13 @@ class ObjectNetwork(nn.Module):
             nn.init.orthogonal_(last.weight, 0.01)
             nn.init.zeros_(last.bias)
 
-    def forward(self, observation: Observation) -> Scores:
-        """The scores of B moments with M objects, from the observations that `StateObservation` gives."""
+    def forward(self, observation: Observation, apart: bool = False) -> Scores:
+        """The scores of B moments with M objects, from the observations that `StateObservation` gives.
+
+        Args:
+            observation: the parts by their names.
+            apart: whether what is learnt of values changes nothing that choices depend on.
+        """
         own, common, kind = _numbers(observation, self._kinds)
         pairs, same = _pairs(observation, kind)
         all_common = common[:, None].expand(-1, own.shape[1], -1)
@@ -76,7 +81,8 @@ class ObjectNetwork(nn.Module):
             known = look(known, pairs)
         whole = self._whole(torch.cat([known.mean(dim=1), known.amax(dim=1), common], dim=-1))
         which = self._which(known).squeeze(-1)
-        return Scores(which, self._leave(whole), self._value(whole), known, pairs, same)
+        value = self._value(whole.detach() if apart else whole)
+        return Scores(which, self._leave(whole), value, known, pairs, same)
 
     def given(self, scores: Scores, which: Tensor) -> tuple[Tensor, list[Tensor]]:
         """What is to be done with an object, once it has been chosen.

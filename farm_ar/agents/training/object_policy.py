@@ -85,9 +85,9 @@ class ObjectPolicy(MaskableActorCriticPolicy):
         scores: Scores = self.network(obs)
         return scores.value
 
-    def outlook(self, obs: Any, action_masks: Any = None) -> tuple[Pointing, Tensor]:
-        """How the action is drawn, and (B, 1) values."""
-        scores: Scores = self.network(obs)
+    def outlook(self, obs: Any, action_masks: Any = None, apart: bool = False) -> tuple[Pointing, Tensor]:
+        """How the action is drawn, and (B, 1) values, which may be learnt `apart` (`ObjectNetwork.forward`)."""
+        scores: Scores = self.network(obs, apart)
         n = self._movable
         which = torch.cat([scores.which[:, :n], scores.leave], dim=-1)
         if action_masks is not None:
