@@ -68,10 +68,10 @@ class Demonstrations:
 class ImitatingPPO(MaskablePPO):
     """MaskablePPO whose first steps are in a rehearsal with a planner at its side, whose choices it learns.
 
-    At first the planner acts, by and by the learner itself in half of the steps, so that it is told what to do
-    where it comes to by its own choices; and it remembers all that it was told (Ross, Gordon and Bagnell 2011, "A reduction of
-    imitation learning and structured prediction to no-regret online learning"). One step of the best plan is
-    as good as another, if it can come first. The policy must be an `ObjectPolicy`.
+    At first the planner acts, by and by the learner itself in half of the steps, so that it is told what to
+    do where it comes to by its own choices; and it remembers all that it was told (Ross, Gordon and Bagnell
+    2011, "A reduction of imitation learning and structured prediction to no-regret online learning"). One
+    step of the best plan is as good as another, if it can come first. The policy must be an `ObjectPolicy`.
 
     Args:
         imitate: "steps" until it is left to itself, the "beam" of the planner, how many "batches" it learns

@@ -86,7 +86,7 @@ class ObjectPolicy(MaskableActorCriticPolicy):
         return scores.value
 
     def outlook(self, obs: Any, action_masks: Any = None, apart: bool = False) -> tuple[Pointing, Tensor]:
-        """How the action is drawn, and (B, 1) values, which may be learnt `apart` (`ObjectNetwork.forward`)."""
+        """How the action is drawn, and (B, 1) values; `apart` as in `ObjectNetwork.forward`."""
         scores: Scores = self.network(obs, apart)
         n = self._movable
         which = torch.cat([scores.which[:, :n], scores.leave], dim=-1)

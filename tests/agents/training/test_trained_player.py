@@ -108,7 +108,5 @@ def test_runs_of_other_environments_are_not_compared_as_one():
 
 
 def test_a_player_who_cannot_play_there_is_named():
-    with pytest.raises(
-        OptionError, match=r"beside: must be players who can play here \(sign: "
-    ):
+    with pytest.raises(OptionError, match=r"beside: must be players who can play here \(sign: "):
         compare(["farm-slot"], ["analytic"], 2, arguments={"sign": -1})
