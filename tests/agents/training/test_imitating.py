@@ -143,6 +143,30 @@ def test_the_planner_leads_as_often_as_it_is_asked(action):
     assert np.all(leave[:, 0] == 10)
 
 
+def test_the_planner_acts_less_and_less_but_half_of_the_time_to_the_end(tiny, tmp_path, monkeypatch):
+    led, step = [], Rehearsal.step_async
+
+    def watched(self, actions):
+        led.append(self.led)
+        step(self, actions)
+
+    monkeypatch.setattr(Rehearsal, "step_async", watched)
+    train(tiny(n_timesteps=160, imitate={**IMITATE, "steps": 128}), tmp_path)
+    assert sorted(set(led), reverse=True) == [1.0, 0.875, 0.75, 0.625]
+    assert led == sorted(led, reverse=True)
+
+
+def test_values_learnt_apart_change_no_choice():
+    rehearsal = Rehearsal(4, 0, action="slot")
+    seen = {name: torch.as_tensor(values) for name, values in rehearsal.reset().items()}
+    spaces = rehearsal.observation_space, rehearsal.action_space
+    for apart in (False, True):
+        policy = ObjectPolicy(*spaces, lambda _: 1e-3, width=16, pair_width=8, rounds=1)
+        policy.network(seen, apart).value.sum().backward()
+        moved = {name for name, weight in policy.named_parameters() if weight.grad is not None}
+        assert (moved == {"network._value.weight", "network._value.bias"}) is apart
+
+
 @pytest.mark.parametrize("action", ["slot", "displacement"])
 def test_what_is_shown_becomes_likelier(action):
     rehearsal = Rehearsal(32, 0, action=action)
