@@ -36,6 +36,7 @@ def line_chart(
     """Lines over a grid, with a legend; both axes begin at 0."""
     width, height = size
     across, up = width - LEFT - RIGHT, height - TOP - BOTTOM
+    x_limit, y_limit = x_limit or 1.0, y_limit or 1.0  # a rule may fail with no effort at all
 
     def place(x: float, y: float) -> str:
         return f"{LEFT + across * x / x_limit:.1f},{TOP + up * (1 - y / y_limit):.1f}"
