@@ -22,13 +22,15 @@ class GreedyReid:
         self.layout = scene.layout
 
     def identify(self, snapshot: Snapshot) -> Identification:
-        """The label of each detection."""
-        free, labels = list(range(len(self.layout))), []
+        """The label of each detection, with the distance in metres as its cost."""
+        free, labels, cost = list(range(len(self.layout))), [], []
         for place in snapshot.detections.position:
-            nearest = min(free, key=lambda j: float(np.linalg.norm(self.layout.position[j] - place)))
+            away = np.linalg.norm(self.layout.position - place, axis=1)
+            nearest = min(free, key=away.__getitem__)
             free.remove(nearest)
             labels.append(self.layout.labels[nearest])
-        return Identification(tuple(labels))
+            cost.append(away[nearest])
+        return Identification(tuple(labels), np.array(cost), self.layout.labels)
 
 
 def main() -> None:

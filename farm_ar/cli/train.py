@@ -65,13 +65,16 @@ def train(
     need_training()
     from farm_ar.agents.training.recipes import load_recipe
     from farm_ar.agents.training.run_folder import Run
+    from farm_ar.agents.training.training import check
     from farm_ar.agents.training.training import train as learn
 
     if resume and not (run / "run.json").exists():
         raise OptionError("--resume", "must have a run to go on with in the folder", str(run))
-    make_folder("RUN", run)
     given = load_recipe(algo, env, recipe).with_arguments(arguments(arg or []), steps, imitate, rehearse)
     asked = Run(algo, env, seed, given, threads, processes, eval_every, eval_episodes)
+    if not resume:
+        check(asked)  # before a folder is made
+    make_folder("RUN", run)
     model = learn(asked, run, resume, progress, steps)
     print_line(f"{model.num_timesteps} steps are done. Look at it: farm-ar watch {run}")
 

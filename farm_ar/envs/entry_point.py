@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from dataclasses import fields
 from typing import Any, ClassVar
 
+from gymnasium.envs.registration import registry
+
 from farm_ar.envs.farm_to_table import FarmToTableEnv
+from farm_ar.envs.options import EnvOptions
+from farm_ar.errors import known_name
 
 
 class EntryPoint:
@@ -24,3 +30,18 @@ class EntryPoint:
 
 make_farm_to_table = EntryPoint()
 """Makes an environment; every registered id names it."""
+
+NAMED = f"{__package__}:make_farm_to_table"
+"""How they name it."""
+
+
+def check_arguments(env_id: str, arguments: Iterable[str]) -> None:
+    """See that an environment of this package has arguments of these names.
+
+    Raises:
+        OptionError: it has none of one of them.
+    """
+    spec = registry.get(env_id.removeprefix("farm_ar:"))
+    if spec is not None and spec.entry_point == NAMED:
+        for name in arguments:
+            known_name("argument", name, (*(field.name for field in fields(EnvOptions)), "render_mode"))

@@ -73,12 +73,15 @@ def test_a_run_is_not_trained_twice_but_goes_on(train, mistake, tmp_path):
     assert train("one", "--resume").stdout.startswith("32 steps are done.")
 
 
-def test_mistakes_are_one_line(mistake, train):
+def test_mistakes_are_one_line(mistake, train, tmp_path):
     assert mistake("train", "x", "--algo", "dqn").startswith(
         "OptionError: --algo: must be one of maskable-ppo"
     )
     assert mistake("train", "x", "--env", "Farm-v9").startswith(
         "OptionError: env: must be one that can be made"
+    )
+    assert mistake("train", "x", "--arg", "jiter=easy").startswith(
+        "OptionError: argument: must be one of action, animals_a_second, "
     )
     assert mistake("train", "x", "--arg", "easy").startswith("OptionError: --arg: must be NAME=VALUE")
     assert mistake("train", "x", "--resume").startswith(
@@ -89,6 +92,9 @@ def test_mistakes_are_one_line(mistake, train):
     assert mistake("watch", "x", "--out", "film.avi").startswith(
         "OptionError: --out: must end in .mp4 or .gif"
     )
+    assert not (tmp_path / "x").exists()
+    (tmp_path / "empty").mkdir()
+    assert mistake("evaluate", "empty").startswith(expected)
     unrehearsed = mistake("train", "x", "--arg", "visits=2")
     assert "rehearsal (which --imitate 0 --rehearse 0 leave out)" in unrehearsed
     train("one", "--rehearse", 0)

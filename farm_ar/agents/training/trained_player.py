@@ -19,6 +19,7 @@ from farm_ar.agents.training.callbacks import MODEL, NORMALIZATION
 from farm_ar.agents.training.object_policy import ObjectPolicy
 from farm_ar.agents.training.run_folder import BEST, CHECKPOINTS, RunFolder, as_written
 from farm_ar.envs import FarmToTableEnv
+from farm_ar.envs.entry_point import check_arguments
 from farm_ar.errors import OptionError, known_name
 
 SHIPPED, SHIPPED_ENV = "models", "FarmToTable-v0"
@@ -83,12 +84,13 @@ def player_and_env(
         OptionError: there is neither such a folder nor such a player, or the player does not fit the
             environment with these arguments.
     """
-    if run not in shipped() and not Path(run).exists():
+    if run not in shipped() and not RunFolder(Path(run)).exists:
         raise OptionError("run", f"must be the folder of a run, or one of {', '.join(shipped())}", run)
     if run in shipped():
         player, env_id = load_shipped(run), SHIPPED_ENV
     else:
         player, env_id = load_player(Path(run), which), RunFolder(Path(run)).read().env
+    check_arguments(env_id, arguments or {})
     try:
         env: Any = gym.make(env_id, **{**player.env_kwargs, **(arguments or {})}).unwrapped
     except (gym.error.Error, TypeError) as problem:

@@ -36,6 +36,7 @@ from farm_ar.agents.training.callbacks import (
 from farm_ar.agents.training.imitating import Demonstrations, ImitatingPPO
 from farm_ar.agents.training.rehearsal import Rehearsal
 from farm_ar.agents.training.run_folder import CHECKPOINTS, Run, RunFolder, as_written
+from farm_ar.envs.entry_point import check_arguments
 from farm_ar.errors import OptionError
 
 EVALUATION_SEED = 1_000_003
@@ -74,7 +75,7 @@ def train(
         if steps is not None:
             run = replace(run, recipe=replace(run.recipe, n_timesteps=steps))
             folder.describe(run)
-    _check(run)
+    check(run)
     if not folder.exists:
         folder.describe(run)
     torch.set_num_threads(run.threads)
@@ -98,8 +99,13 @@ def train(
     return model
 
 
-def _check(run: Run) -> None:
-    """Make the environment once, so that a mistake in its arguments is seen before any work begins."""
+def check(run: Run) -> None:
+    """Make the environment once, so that a mistake in its arguments is seen before any work begins.
+
+    Raises:
+        OptionError: learner, recipe and environment do not fit.
+    """
+    check_arguments(run.env, run.recipe.env_kwargs)
     try:
         env = gym.make(run.env, **run.recipe.env_kwargs)
     except (gym.error.Error, TypeError) as problem:
