@@ -21,6 +21,7 @@ def curve(runs: list[Path], name: str) -> Figure:
     """Mean return while learning and in evaluations, against steps: of the first run, and of others thin."""
     figure = Figure(figsize=(6.4, 3.4))
     axes = figure.subplots()
+    axes.margins(y=0.12)
     for n, run in enumerate(runs):
         learnt, judged = read_table(run / "training.csv"), read_table(run / "evaluations.csv")
         thick, front = (1.6, 2) if n == 0 else (0.7, 1)
@@ -41,7 +42,7 @@ def curve(runs: list[Path], name: str) -> Figure:
     axes.set_xlabel("thousand steps")
     axes.set_ylabel("mean return of an episode")
     axes.set_title(name)
-    axes.legend(frameon=False, loc="lower right")
+    axes.legend(frameon=False, loc="upper right")
     return figure
 
 

@@ -110,14 +110,7 @@ def search(
                         promise[found] = gain[found] + AMBIGUITY_SHARE * ambiguity
                         pace[found, 0], pace[found, 1], pace[found, 2] = i, j, share
                         ways[b, depth] = pace[found]
-                        first, label, part = ways[b, 0]
-                        worth[first, label, part] = max(worth[first, label, part], gain[found])
-                        for k in range(1, depth + 1):
-                            other, label, part = ways[b, k]
-                            if gain[found] < best - SLACK or gain[found] <= worth[other, label, part]:
-                                continue
-                            if _can_begin(table, terms, allowed, ways[b, : depth + 1], k):
-                                worth[other, label, part] = gain[found]
+                        _credit(worth, ways[b, : depth + 1], gain[found], best - SLACK, table, terms, allowed)
                         node[found] = b
                         found += 1
         if found == 0:
@@ -144,6 +137,35 @@ def search(
             kind_keys[b, code] += _posed(i, x, z, heading)
             wrong[b, code], doubt[b, code] = _judge(code, table, terms, shown[b], position[b], yaw[b])
     return length
+
+
+@_compile
+def _credit(
+    worth: FloatArray,
+    way: IntArray,
+    gain: float,
+    least: float,
+    table: Table,
+    terms: Terms,
+    allowed: Allowance,
+) -> None:
+    """Note what a plan gains: of the step that it begins with, and of others that it could begin with.
+
+    Args:
+        worth: (M, M, shares) what is noted.
+        way: (n, 3) the plan's steps.
+        gain: of the plan.
+        least: what it must gain to be tried in another order.
+        table: as it stands.
+        terms: prices and reaches.
+        allowed: what is left of the budget.
+    """
+    for k in range(len(way)):
+        i, j, share = way[k]
+        if gain <= worth[i, j, share]:
+            continue
+        if k == 0 or (gain >= least and _can_begin(table, terms, allowed, way, k)):
+            worth[i, j, share] = gain
 
 
 @_compile

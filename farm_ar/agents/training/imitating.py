@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,8 +11,9 @@ import torch
 from sb3_contrib import MaskablePPO
 from torch import Tensor
 
+from farm_ar.agents.training.demonstrations import Demonstration, Demonstrations
 from farm_ar.agents.training.object_policy import ObjectPolicy
-from farm_ar.agents.training.rehearsal import Demonstration, Rehearsal
+from farm_ar.agents.training.rehearsal import Rehearsal
 from farm_ar.arrays import IntArray
 
 VALUE_SHARE = 0.1
@@ -27,42 +27,6 @@ LOWEST_RATE = 0.02
 
 LEAST_LED = 0.5
 """In what share of the steps the planner acts by the end."""
-
-
-class Demonstrations:
-    """What was seen, and what the planner would have done: the more of it, the longer the learner was shown.
-
-    Every part is an array with one row for each moment: the parts of the observation by their names, "masks",
-    "actions" and "worth" (those that the planner thinks of), and "returns" of what the learner did.
-    """
-
-    def __init__(self) -> None:
-        self._parts: dict[str, list[npt.NDArray[Any]]] = {}
-
-    def __len__(self) -> int:
-        return sum(len(part) for part in self._parts.get("returns", []))
-
-    def add(self, moments: Mapping[str, npt.NDArray[Any]]) -> None:
-        """Some moments more."""
-        for name, values in moments.items():
-            self._parts.setdefault(name, []).append(values)
-
-    def draw(self, count: int, rng: np.random.Generator) -> dict[str, npt.NDArray[Any]]:
-        """So many of the moments, at random."""
-        for parts in self._parts.values():
-            if len(parts) > 1:  # once for all draws until more is shown
-                parts[:] = [np.concatenate(parts)]
-        rows = rng.integers(len(self), size=count)
-        return {name: parts[0][rows] for name, parts in self._parts.items()}
-
-    def save(self, path: Path) -> None:
-        """Write all of them."""
-        np.savez(path, **{name: np.concatenate(parts) for name, parts in self._parts.items()})  # type: ignore[arg-type]
-
-    def load(self, path: Path) -> None:
-        """Read what `save` wrote, in place of what there is."""
-        with np.load(path, allow_pickle=False) as file:
-            self._parts = {name: [file[name]] for name in file}
 
 
 class ImitatingPPO(MaskablePPO):

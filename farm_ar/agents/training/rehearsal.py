@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +13,7 @@ from stable_baselines3.common.vec_env import VecEnv
 from farm_ar.agents.players.plan_kernels import search
 from farm_ar.agents.players.plan_steps import SHARES, Allowance, Table
 from farm_ar.agents.players.planning import eye_of, terms_of
+from farm_ar.agents.training.demonstrations import CANDIDATES, Demonstration, demonstration
 from farm_ar.agents.training.rehearsal_kernels import assess_all, carry_all
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.envs import FarmToTableEnv
@@ -31,12 +32,6 @@ from farm_ar.scenes import Camera, Layout, visible
 DISC = 1.0
 """Radius of an object's disc as a share of half its mean side."""
 
-SHOWN = 12
-"""How many of a planner's best steps are shown."""
-
-TOLERANCE = 0.005
-"""By how much less a plan must gain to be worth less by the factor e: below the effort of a useless move."""
-
 ONLY = {
     "control": "move",
     "observation": "state",
@@ -52,18 +47,6 @@ ONLY = {
 
 REWARDS = ("identity", "margin", "clutter")
 """The rewards that do not look at animals or endpoints."""
-
-
-class Demonstration(NamedTuple):
-    """What a planner would do on B tables.
-
-    Args:
-        actions: (B, K, D) those that it would think of, the last to leave.
-        worth: (B, K) 1 for the best of them, the less the less the best plan with it gains.
-    """
-
-    actions: IntArray
-    worth: FloatArray
 
 
 class Rehearsal(VecEnv):
@@ -198,20 +181,9 @@ class Rehearsal(VecEnv):
             steps = np.zeros((allowed.moves, 3), dtype=np.int64)
             search(table, eye_of(cameras.at(b)), self._terms, allowed, beam, steps, worth[b])
         flat = worth.reshape(count, -1)
-        best = np.argsort(-flat, axis=1, kind="stable")[:, : 2 * SHOWN]
-        gain = np.take_along_axis(flat, best, axis=1)
+        best = np.argsort(-flat, axis=1, kind="stable")[:, :CANDIDATES]
         steps = np.stack(np.unravel_index(best, worth.shape[1:]), axis=-1)
-        leaves = np.zeros(len(self._nvec), dtype=np.int64)
-        leaves[0] = self._movable
-        actions = np.where(gain[..., None] > -np.inf, self._meant(steps), leaves)
-        same = (actions[:, :, None] == actions[:, None]).all(axis=-1)
-        gain[np.tril(same, -1).any(axis=-1)] = -np.inf  # it stands there already, and gains no less
-        kept = np.argsort(-gain, axis=1, kind="stable")[:, :SHOWN]
-        actions = np.concatenate(
-            [np.take_along_axis(actions, kept[..., None], axis=1), np.tile(leaves, (count, 1, 1))], axis=1
-        )
-        gain = np.concatenate([np.take_along_axis(gain, kept, axis=1), np.zeros((count, 1))], axis=1)
-        return Demonstration(actions, np.exp((gain - gain.max(axis=1, keepdims=True)) / TOLERANCE))
+        return demonstration(self._meant(steps), np.take_along_axis(flat, best, axis=1), self._movable)
 
     def _meant(self, steps: IntArray) -> IntArray:
         """(B, K, D) the actions that steps of plans mean; leaving is not among them."""

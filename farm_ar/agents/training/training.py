@@ -33,7 +33,8 @@ from farm_ar.agents.training.callbacks import (
     NoteEvaluation,
     Progress,
 )
-from farm_ar.agents.training.imitating import Demonstrations, ImitatingPPO
+from farm_ar.agents.training.demonstrations import Demonstrations
+from farm_ar.agents.training.imitating import ImitatingPPO
 from farm_ar.agents.training.rehearsal import Rehearsal
 from farm_ar.agents.training.run_folder import CHECKPOINTS, Run, RunFolder, as_written
 from farm_ar.envs.entry_point import check_arguments

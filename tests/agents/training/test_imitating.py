@@ -7,7 +7,8 @@ import pytest
 import torch
 
 from farm_ar.agents.players import AnalyticPlayer
-from farm_ar.agents.training.imitating import Demonstrations, ImitatingPPO, _errors, mirrored
+from farm_ar.agents.training.demonstrations import Demonstrations
+from farm_ar.agents.training.imitating import ImitatingPPO, _errors, mirrored
 from farm_ar.agents.training.object_policy import SENSES, ObjectPolicy
 from farm_ar.agents.training.rehearsal import Rehearsal
 from farm_ar.agents.training.run_folder import RunFolder
