@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from farm_ar.cli.places import writing
@@ -22,13 +23,19 @@ def picture_of_scene(scene: Scene, camera: Camera | None, path: Path) -> None:
         save_picture(figure, path)
 
 
-def picture_of_identification(scene: Scene, snapshot: Snapshot, found: Identification, path: Path) -> None:
-    """Draw which detection is which label.
+def picture_of_identification(
+    scene: Scene,
+    snapshot: Snapshot,
+    found: Identification,
+    path: Path,
+    truth: Sequence[str | None] | None = None,
+) -> None:
+    """Draw which detection is which label, and which it really is where that is known.
 
     Raises:
         OptionError: the file cannot be written.
     """
     figure, axes = new_picture(scene.size)
-    draw_identification(axes, scene, snapshot, found)
+    draw_identification(axes, scene, snapshot, found, truth)
     with writing("--plot", path):
         save_picture(figure, path)

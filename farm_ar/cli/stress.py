@@ -157,11 +157,11 @@ def stress_replay(
         )
     ]
     print_table(("detection", "is", "was read as", ""), rows)
-    print_line(f"effort {again.effort!r}, {again.wrong} wrong labels")
+    print_line(f"effort {again.effort!r}, {again.wrong} wrong label{'' if again.wrong == 1 else 's'}")
     if plot is not None:
         from farm_ar.cli.pictures import picture_of_identification
 
-        picture_of_identification(again.case.scene, again.snapshot, again.answer, plot)
+        picture_of_identification(again.case.scene, again.snapshot, again.answer, plot, again.truth)
         print_line(f"Wrote {plot}")
     if not again.same:
         print_line("This is not what the report says.")

@@ -5,6 +5,7 @@ import json
 import pytest
 
 from farm_ar.cli.stress import attacks_asked_for
+from farm_ar.drawing.palette import WRONG
 from farm_ar.scenes import load_scene
 
 QUICK = ["stress", "--cases", "2", "--queries", "60", "--attack", "analytic"]
@@ -38,7 +39,7 @@ def test_a_failure_is_played_again(run, tmp_path):
     assert result.exit_code == 0
     assert "bit for bit" in result.stdout
     assert "wrong" in result.stdout
-    assert picture.exists()
+    assert WRONG in picture.read_text()
     content = json.loads(report.read_text())
     content["failures"][0]["wrong"] += 1
     report.write_text(json.dumps(content))

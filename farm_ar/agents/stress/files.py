@@ -120,7 +120,8 @@ def read_failure(path: str | os.PathLike[str], number: int) -> Mapping[str, Any]
             "failures", "must be a list, as farm-ar stress writes it", type(failures).__name__, name
         )
     if not 0 <= number < len(failures):
-        raise ReportError("failures", f"must hold number {number}", f"{len(failures)} failures", name)
+        expected = f"must hold number {number}, counted from 0"
+        raise ReportError("failures", expected, f"{len(failures)} failures", name)
     failure = failures[number]
     needed = {"scene", "jitter", "seed", "case", "reid", "position", "yaw", "effort", "wrong"}
     if not isinstance(failure, dict) or not needed <= set(failure):

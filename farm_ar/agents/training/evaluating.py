@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from farm_ar.agents.training.scores import Score, score
 from farm_ar.agents.training.trained_player import player_and_env
 from farm_ar.arrays import FloatArray
 from farm_ar.envs import FarmToTableEnv
+from farm_ar.envs.options import EnvOptions
 from farm_ar.errors import OptionError, known_name
 
 HELD_OUT = 10_000_000
@@ -131,9 +132,11 @@ def compare(
     seeds, pairs = held_out(episodes), [player_and_env(run, which, arguments) for run in runs]
     env = pairs[0][1]
     for run, (_, other) in zip(runs, pairs, strict=True):
-        if (type(other), other.options) != (type(env), env.options):
+        names = [field.name for field in fields(EnvOptions)]
+        differing = [n for n in names if getattr(other.options, n) != getattr(env.options, n)]
+        if differing:
             expected = f"must be of the same environment with the same arguments as {runs[0]}"
-            raise OptionError("run", expected, run)
+            raise OptionError("run", f"{expected}, not another {' and '.join(differing)}", run)
     others: dict[str, Sequence[Played]] = {}
     for name in dict.fromkeys([*beside, "random"]):
         try:

@@ -192,7 +192,8 @@ class Table:
 
     def __init__(self, path: Path, columns: Sequence[str], until: int) -> None:
         self._path, self._columns = path, list(columns)
-        self.rows = [row for row in read_table(path) if row[columns[0]] <= until]
+        steps = columns[0]
+        self.rows = [{**row, steps: int(row[steps])} for row in read_table(path) if row[steps] <= until]
 
     def add(self, **row: float) -> None:
         """One more row, with a value for each column."""

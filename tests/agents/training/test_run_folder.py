@@ -73,4 +73,5 @@ def test_a_table_goes_on_from_the_steps_it_is_told(tmp_path):
         table.add(steps=steps, value=steps / 2)
     Table(path, ("steps", "value"), until=2).add(steps=9, value=0)
     assert [row["steps"] for row in read_table(path)] == [1, 2, 9]
+    assert path.read_text().splitlines() == ["steps,value", "1,0.5", "2,1.0", "9,0"]
     assert read_table(tmp_path / "none.csv") == []

@@ -103,7 +103,7 @@ def test_several_runs_are_compared_as_one(tiny, tmp_path, monkeypatch):
 
 
 def test_runs_of_other_environments_are_not_compared_as_one():
-    with pytest.raises(OptionError, match="run: must be of the same environment with the same arguments as"):
+    with pytest.raises(OptionError, match="same arguments as farm-slot, not another action"):
         compare(["farm-slot", "farm-displacement"], [], 2)
 
 
