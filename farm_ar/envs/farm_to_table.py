@@ -129,7 +129,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
     | `observation` | `"state"` | or `"pixels"` |
     | `knowledge` | `"white-box"` | or `"black-box"`: the player sees the table, not the headset's mind |
     | `reward`, `sign`, `effort_weight` | `"identity"`, 1, .25 | see Rewards |
-    | `reid` | `"spatial"` | `nearest`, `distance`, `last-known`, or a function from a `Scene` to a `Reidentifier` |
+    | `reid` | `"spatial"` | `likelihood`, `relational`, `nearest`, `distance`, `last-known`, or a function from a `Scene` to a `Reidentifier` |
     | `perception` | `"oracle"` | or a `Perception` |
     | `budget_m`, `budget_rad` | .6, pi / 2 | what a visit may move and turn |
     | `budget` | `None` | one effort in place of both |

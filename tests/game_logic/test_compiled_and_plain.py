@@ -109,6 +109,44 @@ def test_so_are_observations():
         np.testing.assert_allclose(compiled, plain, rtol=0, atol=1e-6)
 
 
+def arrivals() -> np.ndarray:
+    rng = np.random.default_rng(0)
+    curve = rng.uniform(-1, 1, (40, 4, 2))
+    place, yaw = np.array([[0.1, -0.2], [0.4, 0.1]]), np.array([0.4, -2.0])
+    box = entering.boxes(place, yaw, np.array([[0.3, 1.0, 0.2], [0.1, 1.0, 0.5]]), np.array([True, True]))
+    curve[:10, 3], curve[10:20, 3] = box[0, :2], box[1, :2]
+    along = np.where(np.arange(40) % 2, 0.1, -0.01)
+    return np.array([running.arrival(*given, box) for given in zip(curve, along, strict=True)])
+
+
+def test_so_are_arrivals():
+    compiled, plain = both(arrivals)
+    assert set(compiled[:, 0]) == {entering.NOWHERE, 0, 1}
+    np.testing.assert_allclose(compiled, plain, rtol=0, atol=1e-13)
+
+
+def bowed() -> tuple[np.ndarray, np.ndarray]:
+    """Curves before and after: some keep their distance, some cannot, and some cannot get past."""
+    rng = np.random.default_rng(0)
+    curve = rng.uniform(0, 1, (40, 4, 2))
+    position, yaw, size = rng.uniform(0, 1, (9, 2)), rng.uniform(-3, 3, 9), rng.uniform(0.1, 0.2, (9, 3))
+    box = np.stack(
+        [entering.boxes(position, yaw, size + wider, np.arange(9) != 3) for wider in (0.1, 0.0, 0.0)]
+    )
+    goal, aside = rng.integers(0, 9, 40), rng.normal(size=(40, 2))
+    bows, table = np.linspace(0, 0.3, 4), np.array([1.0, 0.9])
+    before, untouched = curve.copy(), box.copy()
+    dodging.dodge(curve, aside, bows, goal, box, table)
+    np.testing.assert_array_equal(box, untouched)
+    return before, curve
+
+
+def test_so_is_dodging():
+    (before, compiled), (_, plain) = both(bowed)
+    np.testing.assert_array_equal(compiled, plain)
+    assert 5 < np.any(compiled != before, axis=(1, 2)).sum() < 35
+
+
 def test_without_the_bridge_functions_stay_as_they_are_and_call_through_pymunk(monkeypatch):
     monkeypatch.setattr(chipmunk, "BRIDGED", False)
     assert chipmunk.compiled(pressed) is pressed

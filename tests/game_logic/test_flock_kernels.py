@@ -194,35 +194,3 @@ def test_an_animal_that_stands_still_for_a_moment_faces_where_it_goes_next(
     point, yaw = np.empty((1, 2)), np.empty(1)
     running.stand(np.array([curve]), np.array([t]), point, yaw)
     assert yaw[0] == pytest.approx(expected)
-
-
-def test_compiled_kernels_and_plain_python_agree(rng: np.random.Generator) -> None:
-    curve = rng.uniform(-1, 1, (40, 4, 2))
-    box = np.concatenate([one_box(0.3, 0.2, 0.4), one_box(0.1, 0.5, -2.0) + 0.3])
-    curve[:10, 3], curve[10:20, 3] = box[0, :2], box[1, :2]
-    along = np.where(np.arange(40) % 2, 0.1, -0.01)
-    results = []
-    for arrival in (COMPILED["arrival"], running.arrival):
-        results.append(np.array([arrival(*given, box) for given in zip(curve, along, strict=True)]))
-    assert set(results[0][:, 0]) == {entering.NOWHERE, 0, 1}
-    np.testing.assert_allclose(*results, rtol=0, atol=1e-13)
-
-
-def test_compiled_and_plain_dodging_agree(rng: np.random.Generator) -> None:
-    """Among the curves are some that keep their distance, some that cannot, and some that cannot get past."""
-    curve = rng.uniform(0, 1, (40, 4, 2))
-    position, yaw, size = rng.uniform(0, 1, (9, 2)), rng.uniform(-3, 3, 9), rng.uniform(0.1, 0.2, (9, 3))
-    box = np.stack(
-        [entering.boxes(position, yaw, size + wider, np.arange(9) != 3) for wider in (0.1, 0.0, 0.0)]
-    )
-    goal, aside = rng.integers(0, 9, 40), rng.normal(size=(40, 2))
-    bows, table = np.linspace(0, 0.3, 4), np.array([1.0, 0.9])
-    results = []
-    for dodge in (COMPILED["dodge"], dodging.dodge):
-        bowed, untouched = curve.copy(), box.copy()
-        dodge(bowed, aside, bows, goal, untouched, table)
-        np.testing.assert_array_equal(untouched, box)
-        results.append(bowed)
-    np.testing.assert_array_equal(*results)
-    moved = np.any(results[0] != curve, axis=(1, 2))
-    assert 5 < moved.sum() < 35
