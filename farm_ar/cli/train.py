@@ -7,8 +7,12 @@ from typing import Annotated, Any
 
 import typer
 
+GOING_ON = ("run", "resume", "steps", "progress")
+"""The options that a run that goes on may be given; the others are its own already."""
+
 
 def train(
+    context: typer.Context,
     run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of the run, as in runs/first.")],
     algo: Annotated[
         str, typer.Option(metavar="NAME", help="maskable-ppo, ppo, or sac for continuous actions.")
@@ -47,7 +51,9 @@ def train(
     ] = False,
     resume: Annotated[
         bool,
-        typer.Option("--resume", help="Go on with the run in the folder; of the others only --steps counts."),
+        typer.Option(
+            "--resume", help="Go on with the run in the folder, with its own options but for --steps."
+        ),
     ] = False,
     progress: Annotated[bool, typer.Option("--progress/--no-progress", help="Whether to show a bar.")] = True,
 ) -> None:
@@ -70,6 +76,8 @@ def train(
 
     if resume and not (run / "run.json").exists():
         raise OptionError("--resume", "must have a run to go on with in the folder", str(run))
+    if resume:
+        refuse_others(context)
     given = load_recipe(algo, env, recipe).with_arguments(arguments(arg or []), steps, imitate, rehearse)
     asked = Run(algo, env, seed, given, threads, processes, eval_every, eval_episodes)
     if not resume:
@@ -77,6 +85,21 @@ def train(
     make_folder("RUN", run)
     model = learn(asked, run, resume, progress, steps)
     print_line(f"{model.num_timesteps} steps are done. Look at it: farm-ar watch {run}")
+
+
+def refuse_others(context: typer.Context) -> None:
+    """See that nothing is asked of a run that goes on which it would not heed.
+
+    Raises:
+        OptionError: an option is given that the run has already.
+    """
+    from farm_ar.errors import OptionError
+
+    for name, value in context.params.items():
+        source = context.get_parameter_source(name)
+        if name not in GOING_ON and source is not None and source.name == "COMMANDLINE":
+            expected = "must be left out with --resume, as the run's own counts"
+            raise OptionError(f"--{name.replace('_', '-')}", expected, value)
 
 
 def arguments(given: list[str]) -> dict[str, Any]:

@@ -1,6 +1,7 @@
 """`farm-ar train`, `watch` and `evaluate`: from nothing to a film and a score."""
 
 import json
+import re
 
 import pytest
 
@@ -63,14 +64,27 @@ def test_a_run_is_trained_scored_and_filmed(run, train, tmp_path):
     assert (tmp_path / "film.gif").stat().st_size > 10_000
 
 
-def test_a_run_is_not_trained_twice_but_goes_on(train, mistake, tmp_path):
+def test_a_run_is_not_trained_twice_but_goes_on(run, train, mistake, tmp_path):
     train("one", "--arg", "jitter=easy", "--seed", 7)
     assert json.loads((tmp_path / "one" / "run.json").read_text())["seed"] == 7
     assert "jitter: easy" in (tmp_path / "one" / "hyperparameters.yml").read_text()
     assert mistake("train", "one").startswith(
         "OptionError: run: must be a new folder, or go on with --resume"
     )
-    assert train("one", "--resume").stdout.startswith("32 steps are done.")
+    assert run("train", "one", "--resume").stdout.startswith("32 steps are done.")
+
+
+@pytest.mark.parametrize("given", [("--arg", "jitter=hard"), ("--eval-every", 10)])
+def test_what_a_run_that_goes_on_would_not_heed_is_refused(train, mistake, given):
+    train("one")
+    expected = f"OptionError: {given[0]}: must be left out with --resume, as the run's own counts"
+    assert mistake("train", "one", "--resume", *given).startswith(expected)
+
+
+def test_where_no_terminal_shows_a_bar_lines_tell_of_a_run(run, train):
+    train("one")
+    told = run("train", "one", "--resume", "--steps", 96).stderr
+    assert re.findall(r"(\d+) of 96 steps, return -?\d", told) == ["64", "96"]
 
 
 def test_mistakes_are_one_line(mistake, train, tmp_path):

@@ -20,6 +20,9 @@ from farm_ar.agents.training.run_folder import BEST, CHECKPOINTS, RunFolder, Tab
 MODEL, NORMALIZATION, REPLAY, STATE = "model.zip", "vecnormalize.pkl", "replay_buffer.pkl", "state.json"
 DEMONSTRATIONS = "demonstrations.npz"
 
+LINES = 20
+"""How many lines tell of a run where no terminal shows a bar."""
+
 TRAINING = ("steps", "seconds", "mean_return", "mean_length")
 EVALUATIONS = ("steps", "mean_return", "best_mean_return")
 
@@ -176,7 +179,7 @@ class NoteEvaluation(BaseCallback):
 
 
 class Progress(BaseCallback):
-    """A bar on the error stream.
+    """A bar on the error stream, or a line now and then where no terminal shows it.
 
     Args:
         total: steps.
@@ -197,9 +200,11 @@ class Progress(BaseCallback):
             progress.TimeElapsedColumn(),
             progress.TimeRemainingColumn(),
         )
-        self._bar = progress.Progress(*columns, console=Console(stderr=True))
+        self._console, self._told = Console(stderr=True), self._part()
+        self._bar = progress.Progress(*columns, console=self._console)
         self._row = self._bar.add_task("", total=self._total, completed=self.num_timesteps, mean="-")
-        self._bar.start()
+        if self._console.is_terminal:
+            self._bar.start()
 
     def _on_step(self) -> bool:
         self._bar.update(self._row, completed=self.num_timesteps)
@@ -207,8 +212,15 @@ class Progress(BaseCallback):
 
     def _on_rollout_end(self) -> None:
         episodes: Any = self.model.ep_info_buffer
-        if episodes:
-            self._bar.update(self._row, mean=f"{np.mean([e['r'] for e in episodes]):.2f}")
+        mean = f"{np.mean([e['r'] for e in episodes]):.2f}" if episodes else "-"
+        self._bar.update(self._row, mean=mean)
+        if not self._console.is_terminal and self._part() > self._told:
+            self._told = self._part()
+            self._console.print(f"{self.num_timesteps} of {self._total} steps, return {mean}")
 
     def _on_training_end(self) -> None:
         self._bar.stop()
+
+    def _part(self) -> int:
+        """How many of a run's `LINES` parts are done."""
+        return LINES * self.num_timesteps // self._total
