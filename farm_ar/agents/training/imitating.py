@@ -68,7 +68,8 @@ class ImitatingPPO(MaskablePPO):
             return
         self._learn_choices()
         if self.num_timesteps >= self.imitate["steps"]:
-            self.policy.optimizer.state.clear()
+            policy: Any = self.policy
+            policy.optimizer.forget()
             self.demonstrations = Demonstrations()
 
     def _remember(self, shown: Sequence[Demonstration]) -> None:

@@ -12,6 +12,7 @@ from stable_baselines3.common.torch_layers import CombinedExtractor
 from stable_baselines3.common.type_aliases import Schedule
 from torch import Tensor
 
+from farm_ar.agents.training.muon_adam import MuonAdam
 from farm_ar.agents.training.object_network import NOWHERE, ObjectNetwork, Scores, ranks, sizes
 from farm_ar.agents.training.pointing import Pointing
 
@@ -46,7 +47,7 @@ class ObjectPolicy(MaskableActorCriticPolicy):
         **kwargs: Any,
     ) -> None:
         self._shape = {"width": width, "pair_width": pair_width, "rounds": rounds}
-        kwargs["features_extractor_class"] = CombinedExtractor
+        kwargs |= {"features_extractor_class": CombinedExtractor, "optimizer_class": MuonAdam}
         super().__init__(observation_space, action_space, lr_schedule, **kwargs)
 
     def _build(self, lr_schedule: Schedule) -> None:
@@ -58,8 +59,7 @@ class ObjectPolicy(MaskableActorCriticPolicy):
         self._slots = others.pop(0) if len(actions.nvec) == SLOT_CHOICES else 0
         self.senses = () if self._slots else SENSES
         self.network = ObjectNetwork(sizes(lengths, lengths["in_view"]), others, **self._shape)
-        optimizer: Any = self.optimizer_class
-        self.optimizer = optimizer(self.network.parameters(), lr=lr_schedule(1), **self.optimizer_kwargs)
+        self.optimizer = MuonAdam(self.network.parameters(), lr=lr_schedule(1), **self.optimizer_kwargs)
 
     def forward(
         self, obs: Any, deterministic: bool = False, action_masks: Any = None

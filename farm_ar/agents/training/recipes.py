@@ -28,7 +28,7 @@ OWN_KEYS = (
     "imitate",
     "rehearse",
 )
-IMITATE = {"steps": 40960, "beam": 16, "batches": 400, "learning_rate": 0.003}
+IMITATE = {"steps": 40960, "beam": 8, "batches": 500, "learning_rate": 0.02}
 """What may be set of the imitation of a planner, and what is taken where it is not."""
 
 NORMALIZE_KEYS = ("norm_obs", "norm_reward", "clip_obs", "clip_reward", "gamma")

@@ -1,0 +1,67 @@
+import copy
+
+import pytest
+
+torch = pytest.importorskip("torch", reason="pip install 'farm-ar[train]'")
+
+from farm_ar.agents.training.muon_adam import ADAM_SHARE, MuonAdam  # noqa: E402
+
+
+@pytest.fixture
+def network():
+    torch.manual_seed(0)
+    return torch.nn.Sequential(torch.nn.Linear(16, 24), torch.nn.ReLU(), torch.nn.Linear(24, 1))
+
+
+def descend(network, optimizer, steps):
+    inputs = torch.linspace(-1, 1, 16 * 64).view(64, 16).sin()
+    losses = []
+    for _ in range(steps):
+        optimizer.zero_grad()
+        loss = (network(inputs).squeeze(-1) - inputs[:, 3] ** 2).square().mean()
+        loss.backward()
+        optimizer.step()
+        losses.append(loss.item())
+    return losses
+
+
+def change(network, earlier):
+    return [(p - q).detach() for p, q in zip(network.parameters(), earlier, strict=True)]
+
+
+def test_a_step_is_as_large_in_every_direction_of_a_matrix_and_as_adam_has_it_elsewhere(network):
+    before = [p.clone() for p in network.parameters()]
+    descend(network, MuonAdam(network.parameters(), lr=0.01), 1)
+    matrix, bias, row, last = change(network, before)
+    length = torch.linalg.svdvals(matrix)
+    assert length[length > 1e-3].numel() > 1
+    assert torch.all(length < 0.02)
+    for part in (bias, row, last):
+        assert part.abs().max().item() == pytest.approx(0.01 * ADAM_SHARE, rel=0.02)
+
+
+def test_it_learns_and_heeds_the_rate_that_it_has_now(network):
+    optimizer = MuonAdam(network.parameters(), lr=0.01)
+    losses = descend(network, optimizer, 100)
+    assert losses[-1] < 0.1 * losses[0]
+    optimizer.param_groups[0]["lr"] = 0.0
+    before = [p.clone() for p in network.parameters()]
+    descend(network, optimizer, 3)
+    assert all(not part.any() for part in change(network, before))
+
+
+def test_what_was_saved_goes_on_as_if_nothing_had_been(network):
+    optimizer = MuonAdam(network.parameters(), lr=0.01)
+    descend(network, optimizer, 5)
+    again = copy.deepcopy(network)
+    other = MuonAdam(again.parameters(), lr=0.01)
+    other.load_state_dict(copy.deepcopy(optimizer.state_dict()))
+    assert descend(network, optimizer, 5) == descend(again, other, 5)
+
+
+def test_what_it_forgets_counts_no_more(network):
+    optimizer = MuonAdam(network.parameters(), lr=0.01)
+    descend(network, optimizer, 5)
+    again = copy.deepcopy(network)
+    optimizer.forget()
+    assert descend(network, optimizer, 3) == descend(again, MuonAdam(again.parameters(), lr=0.01), 3)
