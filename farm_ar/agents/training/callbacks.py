@@ -219,7 +219,8 @@ class Progress(BaseCallback):
             self._console.print(f"{self.num_timesteps} of {self._total} steps, return {mean}")
 
     def _on_training_end(self) -> None:
-        self._bar.stop()
+        if self._console.is_terminal:
+            self._bar.stop()
 
     def _part(self) -> int:
         """How many of a run's `LINES` parts are done."""

@@ -50,12 +50,14 @@ def test_a_run_leaves_all_that_is_needed_to_repeat_it(tiny, tmp_path):
     assert torch.equal(weights(model), weights(loaded))
 
 
-def test_processes_and_a_bar_change_nothing(tiny, tmp_path, capsys):
+@pytest.mark.parametrize(("terminal", "shown"), [("1", "32/32"), ("", "32 of 32 steps, return ")])
+def test_processes_and_what_is_shown_change_nothing(tiny, tmp_path, capsys, monkeypatch, terminal, shown):
+    monkeypatch.setenv("FORCE_COLOR", terminal)
     run = tiny(n_timesteps=32)
     alone = train(run, tmp_path / "alone")
     beside = train(dataclasses.replace(run, processes=True), tmp_path / "beside", progress=True)
     assert torch.equal(weights(alone), weights(beside))
-    assert "32/32" in capsys.readouterr().err
+    assert shown in capsys.readouterr().err
 
 
 def test_another_seed_learns_something_else(tiny, tmp_path):
