@@ -19,8 +19,8 @@ ADAM_SHARE = 0.15
 class MuonAdam(Optimizer):
     """Muon for the matrices, Adam for all else.
 
-    Muon (Jordan et al. 2024, "Muon: an optimizer for hidden layers in neural networks") makes a step as large in
-    every direction of a matrix, the rarely needed ones too.
+    Muon (Jordan et al. 2024, "Muon: an optimizer for hidden layers in neural networks") makes a step as large
+    in every direction of a matrix, the rarely needed ones too.
 
     Args:
         params: what is learnt.
