@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
 
@@ -36,7 +37,7 @@ def watch(
     from farm_ar.cli.train import arguments
     from farm_ar.drawing.video import write_gif, write_mp4
     from farm_ar.errors import OptionError
-    from farm_ar.showcases.film import FPS
+    from farm_ar.showcases.film import FPS, Image
     from farm_ar.showcases.watching import watch_episode
 
     path = out or (Path("out") / f"{run}.mp4" if run in shipped() else Path(run) / "watch.mp4")
@@ -46,12 +47,18 @@ def watch(
     shown = {"play_seconds": 3.0, "animals_a_second": 10.0}
     player, env = player_and_env(run, which, {**shown, **arguments(arg or [])})
     make_folder("--out", path.parent)
-    frames = (
-        frame for k in range(episodes) for frame in watch_episode(env, player, seed + k, f"episode {k + 1}")
-    )
+    told: list[str] = []
+
+    def film() -> Iterator[Image]:
+        for k in range(episodes):
+            total, wrong = yield from watch_episode(env, player, seed + k, f"episode {k + 1}")
+            told.append(f"Episode {k + 1}: return {total:.2f}, wrong labels {wrong}")
+
+    frames = film()
     with writing("--out", path):
         if path.suffix == ".gif":
             write_gif(path, [f for n, f in enumerate(frames) if n % 5 == 0], FPS / 5, 640)
         else:
             write_mp4(path, frames, FPS)
-    print_line(f"Wrote {path}")
+    for line in (*told, f"Wrote {path}"):
+        print_line(line)

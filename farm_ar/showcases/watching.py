@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any, Protocol
+from collections.abc import Generator
+from typing import Any, NamedTuple, Protocol
 
 from farm_ar.drawing.game.frames import GameFrames
 from farm_ar.envs import FarmToTableEnv
@@ -23,8 +23,17 @@ class Player(Protocol):
         ...
 
 
-def watch_episode(env: FarmToTableEnv, player: Player, seed: int, caption: str = "") -> Iterator[Image]:
-    """The frames of an episode, (H, W, 3) bytes, 30 a second.
+class Watched(NamedTuple):
+    """What an episode came to."""
+
+    total: float
+    wrong_labels: int
+
+
+def watch_episode(
+    env: FarmToTableEnv, player: Player, seed: int, caption: str = ""
+) -> Generator[Image, None, Watched]:
+    """The frames of an episode, (H, W, 3) bytes, 30 a second; and in the end its return and its wrong labels.
 
     Args:
         env: where it is played. Without the game, or where the hand is steered, there is one frame for every
@@ -45,14 +54,16 @@ def watch_episode(env: FarmToTableEnv, player: Player, seed: int, caption: str =
         _film_game(env.world, show)
     show()
     yield from frames * round(STILL_S * FPS)
-    over = False
+    over, total, info = False, 0.0, dict[str, Any]()
     while not over:
         frames.clear()
-        _, _, over, _, _ = env.step(player.act(env))
+        _, reward, over, _, info = env.step(player.act(env))
+        total += reward
         if stepwise:
             show()
             frames *= 3
         yield from frames
+    return Watched(total, int(info["wrong_labels"]))
 
 
 def _film_game(game: FarmGame, show: Any) -> None:

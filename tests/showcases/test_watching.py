@@ -31,6 +31,22 @@ def test_a_film_shows_the_hand_move_and_the_play_afterwards():
     assert env.world.clock == pytest.approx(0.5)
 
 
+def test_a_film_ends_with_what_the_episode_came_to():
+    watched, alone = (FarmToTableEnv(moves=2, play_seconds=0.0) for _ in range(2))
+    told = []
+
+    def show():
+        told.append((yield from watch_episode(watched, RandomPlayer(np.random.default_rng(0)), seed=3)))
+
+    assert list(show())
+    alone.reset(seed=3)
+    player, over, total, info = RandomPlayer(np.random.default_rng(0)), False, 0.0, {}
+    while not over:
+        _, reward, over, _, info = alone.step(player.act(alone))
+        total += reward
+    assert told == [(total, info["wrong_labels"])]
+
+
 def test_what_is_filmed_goes_as_it_does_unwatched():
     watched, _ = film(moves=2, play_seconds=0.5)
     alone = FarmToTableEnv(moves=2, play_seconds=0.5)

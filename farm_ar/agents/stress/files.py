@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from farm_ar import __version__
+from farm_ar.agents.certificates import NO_BOUND
 from farm_ar.agents.stress.study import Study
 from farm_ar.agents.stress.summary import Summary
 from farm_ar.errors import InputError
@@ -82,7 +83,7 @@ def as_json(study: Study, summary: Summary) -> dict[str, Any]:
                     }
                     for one in rule.attacks
                 ],
-                "bounds": list(rule.bounds),
+                "bounds": None if rule.theorem == NO_BOUND else list(rule.bounds),
                 "labels": [
                     dict(zip(("label", "misread", "cases_in_view", "bound_median"), row, strict=True))
                     for row in rule.labels
@@ -136,7 +137,7 @@ def _table(study: Study) -> str:
     writer.writerow(COLUMNS)
     for row in study.attacked:
         known, cheapest, worst = bounds[row["case"], row["reid"]], row["cheapest"] or {}, row["worst"] or {}
-        certified = known["theorem"] != "none"
+        certified = known["theorem"] != NO_BOUND
         bound = known["bound"] if certified else None
         values = dict(row) | {
             "bound": bound,
