@@ -69,7 +69,7 @@ class ImitatingPPO(MaskablePPO):
         self._learn_choices()
         if self.num_timesteps >= self.imitate["steps"]:
             policy: Any = self.policy
-            policy.optimizer.forget()
+            policy.renew_optimizer(self.lr_schedule(self._current_progress_remaining))
             self.demonstrations = Demonstrations()
 
     def _remember(self, shown: Sequence[Demonstration]) -> None:

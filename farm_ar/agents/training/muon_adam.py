@@ -46,11 +46,6 @@ class MuonAdam(Optimizer):
                 group["lr"] = own
             part.step()  # type: ignore[no-untyped-call]
 
-    def forget(self) -> None:
-        """Begin anew: what earlier gradients were counts no more."""
-        self._muon.state.clear()
-        self._adam.state.clear()
-
     def state_dict(self) -> dict[str, Any]:
         """Both parts' states."""
         return {"muon": self._muon.state_dict(), "adam": self._adam.state_dict()}

@@ -33,7 +33,7 @@ class ObjectPolicy(MaskableActorCriticPolicy):
         width: of what is known of an object.
         pair_width: of what is known of a pair of objects.
         rounds: how often the objects look at one another.
-        kwargs: those of Stable-Baselines3's policies.
+        kwargs: those of Stable-Baselines3's policies; `optimizer_class` is `MuonAdam` by default.
     """
 
     def __init__(
@@ -47,7 +47,7 @@ class ObjectPolicy(MaskableActorCriticPolicy):
         **kwargs: Any,
     ) -> None:
         self._shape = {"width": width, "pair_width": pair_width, "rounds": rounds}
-        kwargs |= {"features_extractor_class": CombinedExtractor, "optimizer_class": MuonAdam}
+        kwargs = {"optimizer_class": MuonAdam, **kwargs, "features_extractor_class": CombinedExtractor}
         super().__init__(observation_space, action_space, lr_schedule, **kwargs)
 
     def _build(self, lr_schedule: Schedule) -> None:
@@ -59,7 +59,16 @@ class ObjectPolicy(MaskableActorCriticPolicy):
         self._slots = others.pop(0) if len(actions.nvec) == SLOT_CHOICES else 0
         self.senses = () if self._slots else SENSES
         self.network = ObjectNetwork(sizes(lengths, lengths["in_view"]), others, **self._shape)
-        self.optimizer = MuonAdam(self.network.parameters(), lr=lr_schedule(1), **self.optimizer_kwargs)
+        self.renew_optimizer(lr_schedule(1))
+
+    def renew_optimizer(self, rate: float) -> None:
+        """Have an optimizer for which earlier gradients do not count.
+
+        Args:
+            rate: its learning rate.
+        """
+        optimizer: Any = self.optimizer_class
+        self.optimizer = optimizer(self.network.parameters(), lr=rate, **self.optimizer_kwargs)
 
     def forward(
         self, obs: Any, deterministic: bool = False, action_masks: Any = None

@@ -57,11 +57,3 @@ def test_what_was_saved_goes_on_as_if_nothing_had_been(network):
     other = MuonAdam(again.parameters(), lr=0.01)
     other.load_state_dict(copy.deepcopy(optimizer.state_dict()))
     assert descend(network, optimizer, 5) == descend(again, other, 5)
-
-
-def test_what_it_forgets_counts_no_more(network):
-    optimizer = MuonAdam(network.parameters(), lr=0.01)
-    descend(network, optimizer, 5)
-    again = copy.deepcopy(network)
-    optimizer.forget()
-    assert descend(network, optimizer, 3) == descend(again, MuonAdam(again.parameters(), lr=0.01), 3)

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sb3_contrib import MaskablePPO
 
+from farm_ar.agents.training.muon_adam import MuonAdam
 from farm_ar.agents.training.object_policy import ObjectPolicy
 from farm_ar.envs import FarmToTableEnv
 
@@ -153,3 +154,15 @@ def test_all_of_the_network_learns():
     (value.sum() + log_probability.sum() + entropy.sum()).backward()
     without = [name for name, weights in policy.named_parameters() if weights.grad is None]
     assert without == []
+
+
+def test_it_learns_with_muon_unless_another_optimizer_is_asked_for():
+    env = FarmToTableEnv(**QUICK)
+    assert isinstance(policy_for(env).optimizer, MuonAdam)
+    policy = policy_for(env, optimizer_class=torch.optim.SGD, optimizer_kwargs={"momentum": 0.5})
+    earlier = policy.optimizer
+    policy.renew_optimizer(0.1)
+    assert policy.optimizer is not earlier
+    assert isinstance(policy.optimizer, torch.optim.SGD)
+    assert policy.optimizer.defaults["lr"] == 0.1
+    assert policy.optimizer.defaults["momentum"] == 0.5
