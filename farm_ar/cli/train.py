@@ -55,7 +55,9 @@ def train(
             "--resume", help="Go on with the run in the folder, with its own options but for --steps."
         ),
     ] = False,
-    progress: Annotated[bool, typer.Option("--progress/--no-progress", help="Whether to show a bar.")] = True,
+    progress: Annotated[
+        bool, typer.Option("--progress/--no-progress", help="Whether to show a bar, or lines.")
+    ] = True,
 ) -> None:
     """Train a player of an environment with Stable-Baselines3.
 

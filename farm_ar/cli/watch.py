@@ -54,11 +54,10 @@ def watch(
             total, wrong = yield from watch_episode(env, player, seed + k, f"episode {k + 1}")
             told.append(f"Episode {k + 1}: return {total:.2f}, wrong labels {wrong}")
 
-    frames = film()
     with writing("--out", path):
         if path.suffix == ".gif":
-            write_gif(path, [f for n, f in enumerate(frames) if n % 5 == 0], FPS / 5, 640)
+            write_gif(path, [f for n, f in enumerate(film()) if n % 5 == 0], FPS / 5, 640)
         else:
-            write_mp4(path, frames, FPS)
+            write_mp4(path, film(), FPS)
     for line in (*told, f"Wrote {path}"):
         print_line(line)

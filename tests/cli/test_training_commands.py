@@ -82,7 +82,9 @@ def test_what_a_run_that_goes_on_would_not_heed_is_refused(train, mistake, given
     assert mistake("train", "one", "--resume", *given).startswith(expected)
 
 
-def test_where_no_terminal_shows_a_bar_lines_tell_of_a_run(run, train):
+def test_where_no_terminal_shows_a_bar_lines_tell_of_a_run(run, train, monkeypatch):
+    for name in ("FORCE_COLOR", "TTY_COMPATIBLE"):
+        monkeypatch.delenv(name, raising=False)
     train("one")
     told = run("train", "one", "--resume", "--steps", 96).stderr
     assert re.findall(r"(\d+) of 96 steps, return -?\d", told) == ["64", "96"]

@@ -21,7 +21,7 @@ MODEL, NORMALIZATION, REPLAY, STATE = "model.zip", "vecnormalize.pkl", "replay_b
 DEMONSTRATIONS = "demonstrations.npz"
 
 LINES = 20
-"""How many lines tell of a run where no terminal shows a bar."""
+"""At most how many lines tell of a run where no terminal shows a bar."""
 
 TRAINING = ("steps", "seconds", "mean_return", "mean_length")
 EVALUATIONS = ("steps", "mean_return", "best_mean_return")
@@ -203,7 +203,7 @@ class Progress(BaseCallback):
         self._console, self._told = Console(stderr=True), self._part()
         self._bar = progress.Progress(*columns, console=self._console)
         self._row = self._bar.add_task("", total=self._total, completed=self.num_timesteps, mean="-")
-        if self._console.is_terminal:
+        if self._console.is_interactive:
             self._bar.start()
 
     def _on_step(self) -> bool:
@@ -214,12 +214,12 @@ class Progress(BaseCallback):
         episodes: Any = self.model.ep_info_buffer
         mean = f"{np.mean([e['r'] for e in episodes]):.2f}" if episodes else "-"
         self._bar.update(self._row, mean=mean)
-        if not self._console.is_terminal and self._part() > self._told:
+        if not self._console.is_interactive and self._part() > self._told:
             self._told = self._part()
             self._console.print(f"{self.num_timesteps} of {self._total} steps, return {mean}")
 
     def _on_training_end(self) -> None:
-        if self._console.is_terminal:
+        if self._console.is_interactive:
             self._bar.stop()
 
     def _part(self) -> int:

@@ -11,10 +11,14 @@ from sb3_contrib.common.maskable.policies import MaskableActorCriticPolicy
 from stable_baselines3.common.torch_layers import CombinedExtractor
 from stable_baselines3.common.type_aliases import Schedule
 from torch import Tensor
+from torch.optim import Adam, Optimizer
 
 from farm_ar.agents.training.muon_adam import MuonAdam
 from farm_ar.agents.training.object_network import NOWHERE, ObjectNetwork, Scores, ranks, sizes
 from farm_ar.agents.training.pointing import Pointing
+from farm_ar.errors import known_name
+
+OPTIMIZERS: dict[str, type[Optimizer]] = {"muon": MuonAdam, "adam": Adam}
 
 SLOT_CHOICES = 3
 """How many choices the action `slot` has; `displacement` has one more."""
@@ -33,7 +37,11 @@ class ObjectPolicy(MaskableActorCriticPolicy):
         width: of what is known of an object.
         pair_width: of what is known of a pair of objects.
         rounds: how often the objects look at one another.
-        kwargs: those of Stable-Baselines3's policies; `optimizer_class` is `MuonAdam` by default.
+        optimizer: "muon" or "adam", whose learning rates are of different sizes.
+        kwargs: those of Stable-Baselines3's policies.
+
+    Raises:
+        OptionError: the optimizer is another.
     """
 
     def __init__(
@@ -44,10 +52,12 @@ class ObjectPolicy(MaskableActorCriticPolicy):
         width: int = 64,
         pair_width: int = 32,
         rounds: int = 2,
+        optimizer: str = "muon",
         **kwargs: Any,
     ) -> None:
+        known_name("policy_kwargs.optimizer", optimizer, OPTIMIZERS)
         self._shape = {"width": width, "pair_width": pair_width, "rounds": rounds}
-        kwargs = {"optimizer_class": MuonAdam, **kwargs, "features_extractor_class": CombinedExtractor}
+        kwargs |= {"features_extractor_class": CombinedExtractor, "optimizer_class": OPTIMIZERS[optimizer]}
         super().__init__(observation_space, action_space, lr_schedule, **kwargs)
 
     def _build(self, lr_schedule: Schedule) -> None:

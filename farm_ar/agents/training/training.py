@@ -59,7 +59,7 @@ def train(
         run: what is asked for. When a run goes on, its own description counts.
         path: the folder.
         resume: whether to go on from the newest checkpoint in the folder, if there is one.
-        progress: whether to show a bar.
+        progress: whether to show a bar, or lines where no terminal can show it.
         steps: in all, of a run that goes on, in place of those it was to have.
 
     Returns:

@@ -61,8 +61,11 @@ def test_every_rule_has_every_attack_and_the_best_of_them(summary):
             assert rule.best.least[case] == min(efforts, default=None)
 
 
-def test_certificates_stand_where_a_theorem_does(summary):
+def test_certificates_stand_where_a_theorem_does(summary, folder):
     spatial, likelihood, nearest = summary.rules
+    written = {rule["reid"]: rule for rule in json.loads((folder / "stress.json").read_text())["rules"]}
+    assert written["likelihood"]["bounds"] is None
+    assert written["spatial"]["bounds"] == list(spatial.bounds)
     assert likelihood.theorem == "none"
     assert np.isnan(likelihood.bound_median)
     for rule in (spatial, nearest):

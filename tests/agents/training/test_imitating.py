@@ -184,8 +184,10 @@ def test_what_is_shown_becomes_likelier(action):
     other = Rehearsal(64, 1, action=action)
     other.reset()
     unknown = seen_by(other)
-    before = _errors(model.policy, unknown)[0].item()
+    before, optimizer = _errors(model.policy, unknown)[0].item(), model.policy.optimizer
     model.learn(64)
+    assert model.policy.optimizer is not optimizer
+    assert model.policy.optimizer.param_groups[0]["lr"] == model.learning_rate
     assert _errors(model.policy, unknown)[0].item() < before - 0.2
     assert len(model.demonstrations) == 0
     assert rehearsal.shown == []

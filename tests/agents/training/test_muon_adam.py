@@ -54,6 +54,23 @@ def test_what_was_saved_goes_on_as_if_nothing_had_been(network):
     optimizer = MuonAdam(network.parameters(), lr=0.01)
     descend(network, optimizer, 5)
     again = copy.deepcopy(network)
-    other = MuonAdam(again.parameters(), lr=0.01)
+    other = MuonAdam(again.parameters(), lr=0.5)
     other.load_state_dict(copy.deepcopy(optimizer.state_dict()))
-    assert descend(network, optimizer, 5) == descend(again, other, 5)
+    third, same = copy.deepcopy((network, optimizer))
+    losses = descend(network, optimizer, 5)
+    assert losses == descend(again, other, 5) == descend(third, same, 5)
+
+
+def test_the_state_of_another_optimizer_is_refused(network):
+    adam = torch.optim.Adam(network.parameters())
+    with pytest.raises(ValueError, match="must be that of a MuonAdam"):
+        MuonAdam(network.parameters(), lr=0.01).load_state_dict(adam.state_dict())
+
+
+@pytest.mark.parametrize("sides", [(3, 4), (16, 16)])
+def test_it_makes_do_with_small_matrices_only_or_large_ones_only(sides):
+    weight = torch.nn.Parameter(torch.ones(sides))
+    optimizer = MuonAdam([weight], lr=0.01)
+    weight.square().sum().backward()
+    optimizer.step()
+    assert torch.all(weight < 1)

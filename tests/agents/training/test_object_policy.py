@@ -12,6 +12,7 @@ from sb3_contrib import MaskablePPO
 from farm_ar.agents.training.muon_adam import MuonAdam
 from farm_ar.agents.training.object_policy import ObjectPolicy
 from farm_ar.envs import FarmToTableEnv
+from farm_ar.errors import OptionError
 
 QUICK = {"play_seconds": 0.0, "animals_a_second": 0.0}
 
@@ -156,13 +157,15 @@ def test_all_of_the_network_learns():
     assert without == []
 
 
-def test_it_learns_with_muon_unless_another_optimizer_is_asked_for():
+def test_it_learns_with_muon_unless_adam_is_asked_for():
     env = FarmToTableEnv(**QUICK)
     assert isinstance(policy_for(env).optimizer, MuonAdam)
-    policy = policy_for(env, optimizer_class=torch.optim.SGD, optimizer_kwargs={"momentum": 0.5})
+    policy = policy_for(env, optimizer="adam", optimizer_kwargs={"weight_decay": 0.5})
     earlier = policy.optimizer
     policy.renew_optimizer(0.1)
     assert policy.optimizer is not earlier
-    assert isinstance(policy.optimizer, torch.optim.SGD)
+    assert isinstance(policy.optimizer, torch.optim.Adam)
     assert policy.optimizer.defaults["lr"] == 0.1
-    assert policy.optimizer.defaults["momentum"] == 0.5
+    assert policy.optimizer.defaults["weight_decay"] == 0.5
+    with pytest.raises(OptionError, match=r"policy_kwargs.optimizer: must be one of adam, muon, got"):
+        policy_for(env, optimizer="sgd")

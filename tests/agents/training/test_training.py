@@ -52,7 +52,9 @@ def test_a_run_leaves_all_that_is_needed_to_repeat_it(tiny, tmp_path):
 
 @pytest.mark.parametrize(("terminal", "shown"), [("1", "32/32"), ("", "32 of 32 steps, return ")])
 def test_processes_and_what_is_shown_change_nothing(tiny, tmp_path, capsys, monkeypatch, terminal, shown):
+    monkeypatch.delenv("TTY_COMPATIBLE", raising=False)
     monkeypatch.setenv("FORCE_COLOR", terminal)
+    monkeypatch.setenv("TERM", "xterm")
     run = tiny(n_timesteps=32)
     alone = train(run, tmp_path / "alone")
     beside = train(dataclasses.replace(run, processes=True), tmp_path / "beside", progress=True)
