@@ -23,23 +23,24 @@ LEAST = 1e-12
 """What choices are worth at least."""
 
 LOWEST_RATE = 0.02
-"""To what share of itself the rate falls by the end."""
+"""The share of itself below which the rate does not fall."""
 
 LEAST_LED = 0.5
-"""In what share of the steps the planner acts by the end."""
+"""In what share of the steps the planner would act at the end, had the last rollout no length."""
 
 
 class ImitatingPPO(MaskablePPO):
     """MaskablePPO whose first steps are in a rehearsal with a planner at its side, whose choices it learns.
 
-    At first the planner acts, by and by the learner itself in half of the steps, so that it is told what to
-    do where it comes to by its own choices; and it remembers all that it was told (Ross, Gordon and Bagnell
-    2011, "A reduction of imitation learning and structured prediction to no-regret online learning"). One
-    step of the best plan is as good as another, if it can come first. The policy must be an `ObjectPolicy`.
+    At first the planner acts, by and by the learner itself in up to half of the steps, so that it is told
+    what to do where it comes to by its own choices; and it remembers all that it was told (Ross, Gordon and
+    Bagnell 2011, "A reduction of imitation learning and structured prediction to no-regret online learning").
+    One step of the best plan is as good as another, if it can come first. The policy must be an
+    `ObjectPolicy`.
 
     Args:
         imitate: "steps" until it is left to itself, the "beam" of the planner, how many "batches" it learns
-            after every rollout, and the "learning_rate" meanwhile, which falls to a fiftieth.
+            after every rollout, and the "learning_rate" meanwhile, which falls as the steps do that are left.
         arguments: of `MaskablePPO`.
     """
 
