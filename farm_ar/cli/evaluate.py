@@ -22,7 +22,12 @@ def evaluate(
     ],
     episodes: Annotated[int, typer.Option(metavar="N", min=2, help="Held-out episodes.")] = 100,
     beside: Annotated[
-        str, typer.Option(metavar="NAMES", help="Other players, with commas between; random is always there.")
+        str,
+        typer.Option(
+            metavar="NAMES",
+            help="Other players, with commas between: constant, greedy, analytic, cma, and those that come "
+            "with farm-ar. Random is always there.",
+        ),
     ] = "analytic,greedy",
     which: Annotated[str, typer.Option(metavar="NAME", help="best (by the evaluations) or last.")] = "best",
     arg: Annotated[

@@ -72,7 +72,7 @@ def train(
     known_name("--algo", algo, ("maskable-ppo", "ppo", "sac"))
     need_training()
     from farm_ar.agents.training.recipes import load_recipe
-    from farm_ar.agents.training.run_folder import Run
+    from farm_ar.agents.training.run_folder import BEST, Run, RunFolder
     from farm_ar.agents.training.training import check
     from farm_ar.agents.training.training import train as learn
 
@@ -86,7 +86,8 @@ def train(
         check(asked)  # before a folder is made
     make_folder("RUN", run)
     model = learn(asked, run, resume, progress, steps)
-    print_line(f"{model.num_timesteps} steps are done. Look at it: farm-ar watch {run}")
+    which = "" if RunFolder(run).kept(BEST) else " --which last"
+    print_line(f"{model.num_timesteps} steps are done. Look at it: farm-ar watch {run}{which}")
 
 
 def refuse_others(context: typer.Context) -> None:

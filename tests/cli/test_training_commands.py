@@ -75,6 +75,17 @@ def test_a_run_is_not_trained_twice_but_goes_on(run, train, mistake, tmp_path):
     assert run("train", "one", "--resume").stdout.startswith("32 steps are done.")
 
 
+def test_a_run_that_was_not_evaluated_is_watched_as_it_was_last(run, mistake, train, tmp_path):
+    (tmp_path / "tiny.yml").write_text(RECIPE)
+    few = ("--recipe", "tiny.yml", "--steps", 32, "--no-progress")
+    assert run("train", "one", *few).stdout.endswith("farm-ar watch one --which last\n")
+    expected = "OptionError: which: must be last for a run that has not been evaluated yet, got 'best'"
+    assert mistake("evaluate", "one").startswith(expected)
+    beside = ("--beside", "farm-slot", "--arg", "moves=6", "--episodes", 2, "--json")
+    rows = json.loads(run("evaluate", "one", "--which", "last", *beside).stdout)["players"]
+    assert [row["player"] for row in rows] == ["trained", "farm-slot", "random"]
+
+
 @pytest.mark.parametrize("given", [("--arg", "jitter=hard"), ("--eval-every", 10)])
 def test_what_a_run_that_goes_on_would_not_heed_is_refused(train, mistake, given):
     train("one")
@@ -87,6 +98,7 @@ def test_where_no_terminal_shows_a_bar_lines_tell_of_a_run(run, train, monkeypat
         monkeypatch.delenv(name, raising=False)
     train("one")
     told = run("train", "one", "--resume", "--steps", 96).stderr
+    assert told.startswith("Going on from step 32\n")
     assert re.findall(r"(\d+) of 96 steps, return -?\d", told) == ["64", "96"]
 
 

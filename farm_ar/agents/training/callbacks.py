@@ -183,11 +183,12 @@ class Progress(BaseCallback):
 
     Args:
         total: steps.
+        rehearsed: the first of them, in a rehearsal.
     """
 
-    def __init__(self, total: int) -> None:
+    def __init__(self, total: int, rehearsed: int = 0) -> None:
         super().__init__()
-        self._total = total
+        self._total, self._rehearsed = total, rehearsed
 
     def _on_training_start(self) -> None:
         from rich import progress
@@ -203,6 +204,8 @@ class Progress(BaseCallback):
         self._console, self._told = Console(stderr=True), self._part()
         self._bar = progress.Progress(*columns, console=self._console)
         self._row = self._bar.add_task("", total=self._total, completed=self.num_timesteps, mean="-")
+        if self.num_timesteps:
+            self._console.print(f"Going on from step {self.num_timesteps}")
         if self._console.is_interactive:
             self._bar.start()
 
@@ -213,6 +216,8 @@ class Progress(BaseCallback):
     def _on_rollout_end(self) -> None:
         episodes: Any = self.model.ep_info_buffer
         mean = f"{np.mean([e['r'] for e in episodes]):.2f}" if episodes else "-"
+        if self.num_timesteps <= self._rehearsed:
+            mean += " in the rehearsal"
         self._bar.update(self._row, mean=mean)
         if not self._console.is_interactive and self._part() > self._told:
             self._told = self._part()

@@ -10,7 +10,7 @@ import numpy as np
 
 from farm_ar.agents.players import PLAYERS, Player, best_constant, play_episodes
 from farm_ar.agents.training.scores import Score, score
-from farm_ar.agents.training.trained_player import player_and_env
+from farm_ar.agents.training.trained_player import load_shipped, player_and_env, shipped
 from farm_ar.arrays import FloatArray
 from farm_ar.envs import FarmToTableEnv
 from farm_ar.envs.options import EnvOptions
@@ -117,7 +117,8 @@ def compare(
 
     Args:
         runs: folders of trainings that differ in the seed, or the name of a player that comes with farm-ar.
-        beside: names of other players, "constant" among them; a random one is always there.
+        beside: names of other players, "constant" and those that come with farm-ar among them; a random one
+            is always there.
         episodes: how many.
         which: "best" or "last" of each run.
         arguments: of the environment, in place of the training's.
@@ -128,7 +129,7 @@ def compare(
         OptionError: a player is not known, or cannot play here; or the runs are of several environments.
     """
     for name in beside:
-        known_name("beside", name, (CONSTANT, *PLAYERS))
+        known_name("beside", name, (CONSTANT, *PLAYERS, *shipped()))
     seeds, pairs = held_out(episodes), [player_and_env(run, which, arguments) for run in runs]
     env = pairs[0][1]
     for run, (_, other) in zip(runs, pairs, strict=True):
@@ -149,10 +150,10 @@ def compare(
 
 
 def _other(name: str, env: FarmToTableEnv, rng: np.random.Generator) -> Player:
-    """A player without training; the best constant one is looked for in episodes of the training."""
+    """A player to stand beside; the best constant one is looked for in episodes of the training."""
     if name == CONSTANT:
         return best_constant(env, rng, TRIES, range(EPISODES_OF_A_TRY), env.options.moves)
-    return PLAYERS[name](rng)
+    return load_shipped(name) if name in shipped() else PLAYERS[name](rng)
 
 
 def _together(played: Sequence[Played]) -> Played:

@@ -109,11 +109,13 @@ def load_player(run: Path, which: str = "best") -> TrainedPlayer:
 
     Raises:
         RunError: it is no run's folder, or has come to no such model, or the model's files are damaged.
-        OptionError: `which` is neither.
+        OptionError: `which` is neither, or "best" of a run that has not been evaluated.
     """
     folder = RunFolder(run)
     description = folder.read()
     kind = BEST if known_name("which", which, ("best", "last")) == "best" else CHECKPOINTS
+    if kind == BEST and not folder.kept(BEST) and folder.kept(CHECKPOINTS):
+        raise OptionError("which", "must be last for a run that has not been evaluated yet", which)
     saved = folder.newest(kind)
     normalization = None
     with as_written(saved):

@@ -200,7 +200,7 @@ def _learn(
     if steps < recipe.before:
         calls.append(EndRehearsal(recipe.before, envs))
     if progress:
-        calls.append(Progress(recipe.n_timesteps))
+        calls.append(Progress(recipe.n_timesteps, recipe.before))
     model.learn(
         recipe.n_timesteps - steps, CallbackList(calls), log_interval=1, reset_num_timesteps=steps == 0
     )
