@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Sequence
 from types import TracebackType
@@ -32,7 +33,7 @@ class Executor(Protocol):
         """Drop what was submitted and end the workers; the next `submit` starts anew."""
 
 
-class Stoppable:
+class Stoppable(ABC):
     """Base of executors: a `with` block stops them."""
 
     def __enter__(self) -> Self:
@@ -43,9 +44,9 @@ class Stoppable:
     ) -> None:
         self.stop()
 
+    @abstractmethod
     def stop(self) -> None:
         """Drop what was submitted."""
-        raise NotImplementedError
 
 
 class SerialExecutor(Stoppable):

@@ -24,13 +24,18 @@ FarmToTable-v0:
 
 
 @pytest.fixture
-def train(run, tmp_path):
-    """Trains for a moment."""
+def tiny(tmp_path):
+    """What makes a training short."""
     (tmp_path / "tiny.yml").write_text(RECIPE)
+    return "--recipe", "tiny.yml", "--steps", 32, "--no-progress"
+
+
+@pytest.fixture
+def train(run, tiny):
+    """Trains for a moment, and evaluates once."""
 
     def train(folder, *more):
-        tiny = ("--recipe", "tiny.yml", "--steps", 32, "--eval-every", 32, "--eval-episodes", 1)
-        return run("train", folder, *tiny, *more, "--no-progress")
+        return run("train", folder, *tiny, "--eval-every", 32, "--eval-episodes", 1, *more)
 
     return train
 
@@ -75,10 +80,8 @@ def test_a_run_is_not_trained_twice_but_goes_on(run, train, mistake, tmp_path):
     assert run("train", "one", "--resume").stdout.startswith("32 steps are done.")
 
 
-def test_a_run_that_was_not_evaluated_is_watched_as_it_was_last(run, mistake, train, tmp_path):
-    (tmp_path / "tiny.yml").write_text(RECIPE)
-    few = ("--recipe", "tiny.yml", "--steps", 32, "--no-progress")
-    assert run("train", "one", *few).stdout.endswith("farm-ar watch one --which last\n")
+def test_a_run_that_was_not_evaluated_is_watched_as_it_was_last(run, mistake, tiny):
+    assert run("train", "one", *tiny).stdout.endswith("farm-ar watch one --which last\n")
     expected = "OptionError: which: must be last for a run that has not been evaluated yet, got 'best'"
     assert mistake("evaluate", "one").startswith(expected)
     beside = ("--beside", "farm-slot", "--arg", "moves=6", "--episodes", 2, "--json")
