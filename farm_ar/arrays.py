@@ -1,6 +1,6 @@
-"""The array types that flow through farm-ar, and how a record makes its own arrays safe to share."""
+"""The array types that flow through farm-ar, what values they may hold, and how a record keeps them safe."""
 
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from types import MappingProxyType
 from typing import Any, Self
 
@@ -10,6 +10,35 @@ import numpy.typing as npt
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Which numbers a quantity may be where it enters, so that no product, norm or loop over turns overflows.
+
+    Args:
+        low: the least.
+        high: the largest.
+        expected: the same in words, for errors.
+    """
+
+    low: float
+    high: float
+    expected: str
+
+    def allow(self, values: npt.ArrayLike) -> BoolArray:
+        """Which of the values are numbers within the limits; NaN and infinity are not."""
+        array = np.asarray(values, dtype=np.float64)
+        return (array >= self.low) & (array <= self.high)
+
+
+POSITION = Limits(-1e6, 1e6, "must be finite, from -1e6 to 1e6 metres")
+ANGLE = Limits(-np.deg2rad(3.6e8), np.deg2rad(3.6e8), "must be finite, at most 1e6 turns")
+SIDE = Limits(1e-6, 1e6, "must be positive metres, from 1e-6 to 1e6")
+RANGE = Limits(1e-6, 1e9, "must be positive metres, from 1e-6 to 1e9")
+SPEED = Limits(1e-6, 1e6, "must be a positive number, from 1e-6 to 1e6 metres a second")
+WEIGHT = Limits(0.0, 1e6, "must be a number not below 0, at most 1e6")
+SHARE = Limits(0.0, 1.0, "must be from 0 to 1")
 
 
 def read_only(

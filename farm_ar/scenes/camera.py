@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from farm_ar.arrays import FloatArray, Record, first_wrong, read_only
+from farm_ar.arrays import ANGLE, POSITION, RANGE, FloatArray, Record, first_wrong, read_only
 from farm_ar.errors import SceneError, SnapshotError
 from farm_ar.geometry import equally_spaced, polyline_length, sample_chain
 
@@ -19,7 +19,7 @@ class FieldOfView:
     Args:
         left: angle seen to the left of the heading, radians, 0 to pi.
         right: angle seen to the right of the heading, radians, 0 to pi.
-        range_m: how far it sees on the plane, metres, positive and finite.
+        range_m: how far it sees on the plane, metres, 1e-6 to 1e9.
         up: angle seen above the line of sight, radians, 0 to pi / 2; None for no vertical limits.
         down: angle seen below the line of sight, radians, likewise; given with `up` or not at all.
 
@@ -45,8 +45,8 @@ class FieldOfView:
                     raise SnapshotError(f"fov.{name}", f"must be an angle from 0 to {limit} degrees", angle)
                 object.__setattr__(self, name, angle)
         object.__setattr__(self, "range_m", float(self.range_m))
-        if not 0 < self.range_m < np.inf:
-            raise SnapshotError("fov.range_m", "must be a positive number of metres", self.range_m)
+        if not RANGE.allow(self.range_m):
+            raise SnapshotError("fov.range_m", RANGE.expected, self.range_m)
 
     @classmethod
     def symmetric(cls, angle: float, range_m: float, vertical: float | None = None) -> FieldOfView:
@@ -64,14 +64,14 @@ class Camera(Record):
     """The headset's pose and field of view, or a batch of poses with one field of view.
 
     Args:
-        position: (..., 2) as (x, z), metres. It may lie outside the room.
-        yaw: (...) heading, radians.
+        position: (..., 2) as (x, z), metres, at most 1e6 either way. It may lie outside the room.
+        yaw: (...) heading, radians, at most 1e6 turns either way.
         fov: what it sees.
         height: (...) of the eye above the floor, metres, or one for all; None where it is not known.
         pitch: (...) of the line of sight, radians, positive upwards, or one for all; 0 by default.
 
     Raises:
-        SnapshotError: a value is not finite, or the shapes do not agree.
+        SnapshotError: a value is out of its limits, or the shapes do not agree.
     """
 
     position: FloatArray
@@ -90,10 +90,11 @@ class Camera(Record):
         if self.height is not None:
             values["height"] = _broadcast("height", self.height, yaw.shape)
         for name, value in values.items():
-            where = first_wrong(np.isfinite(value))
+            limits = ANGLE if name in ("yaw", "pitch") else POSITION
+            where = first_wrong(limits.allow(value))
             if where is not None:
                 place = f"{list(where)}" if where else ""
-                raise SnapshotError(f"camera.{name}{place}", "must be finite", float(value[where]))
+                raise SnapshotError(f"camera.{name}{place}", limits.expected, float(value[where]))
             object.__setattr__(self, name, value)
 
     @property
@@ -126,7 +127,8 @@ class CameraPath(Record):
         closed: whether the end leads back to the start: in a straight line, where the two do not meet.
 
     Raises:
-        SceneError: the number of points is not 3 K + 1, a point is not finite, or the path has no length.
+        SceneError: the number of points is not 3 K + 1, a point is out of its limits, or the path has no
+            length.
     """
 
     points: FloatArray
@@ -137,11 +139,10 @@ class CameraPath(Record):
         if points.ndim != 2 or points.shape[1:] != (2,) or len(points) < 4 or len(points) % 3 != 1:
             expected = "must be 4, 7, 10, ... points (x, z), an array of shape (3 K + 1, 2)"
             raise SceneError("camera_path.bezier_points", expected, points.shape)
-        where = first_wrong(np.isfinite(points))
+        where = first_wrong(POSITION.allow(points))
         if where is not None:
-            raise SceneError(
-                f"camera_path.bezier_points[{where[0]}]", "must be finite", points[where[0]].tolist()
-            )
+            field = f"camera_path.bezier_points[{where[0]}]"
+            raise SceneError(field, POSITION.expected, points[where[0]].tolist())
         object.__setattr__(self, "points", points)
         object.__setattr__(self, "closed", bool(self.closed))
         if self.length == 0:

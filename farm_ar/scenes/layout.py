@@ -9,7 +9,17 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from farm_ar.arrays import BoolArray, FloatArray, IntArray, Record, first_wrong, read_only
+from farm_ar.arrays import (
+    ANGLE,
+    POSITION,
+    SIDE,
+    BoolArray,
+    FloatArray,
+    IntArray,
+    Record,
+    first_wrong,
+    read_only,
+)
 from farm_ar.errors import SceneError
 
 
@@ -23,15 +33,15 @@ class Layout(Record):
     Args:
         labels: N distinct, non-empty names.
         category: N non-empty categories; objects of one category look alike.
-        position: (..., N, 2) pivots as (x, z), metres.
-        yaw: (..., N) headings, radians.
-        size: (N, 3) width, height, depth, metres, positive.
-        elevation: (N,) heights of the pivots above the floor, metres; 0 by default.
+        position: (..., N, 2) pivots as (x, z), metres, at most 1e6 either way.
+        yaw: (..., N) headings, radians, at most 1e6 turns either way.
+        size: (N, 3) width, height, depth, metres, 1e-6 to 1e6.
+        elevation: (N,) heights of the pivots above the floor, metres, as positions; 0 by default.
         fixed: (N,) objects that never move; none by default.
 
     Raises:
-        SceneError: a label is empty or repeated, a category is empty, a pose is not finite, a size is not
-            positive, or the shapes do not agree.
+        SceneError: a label is empty or repeated, a category is empty, a pose or a size is out of its
+            limits, or the shapes do not agree.
     """
 
     labels: tuple[str, ...]
@@ -86,14 +96,12 @@ class Layout(Record):
             seen.add(label)
 
     def _check_values(self) -> None:
-        for name in ("position", "yaw", "elevation"):
-            self._require(name, np.isfinite(getattr(self, name)), "must be finite")
-        self._require("size", np.isfinite(self.size) & (self.size > 0), "must be positive metres")
-
-    def _require(self, name: str, right: BoolArray, expected: str) -> None:
-        where = first_wrong(right)
-        if where is not None:
-            raise SceneError(f"{name}{list(where)}", expected, float(getattr(self, name)[where]))
+        limits = {"position": POSITION, "yaw": ANGLE, "elevation": POSITION, "size": SIDE}
+        for name, limit in limits.items():
+            values = getattr(self, name)
+            where = first_wrong(limit.allow(values))
+            if where is not None:
+                raise SceneError(f"{name}{list(where)}", limit.expected, float(values[where]))
 
     def __len__(self) -> int:
         return len(self.labels)
@@ -140,8 +148,8 @@ class Layout(Record):
         """`with_poses` of poses that were worked out, not given: they are not checked, and become read-only.
 
         Args:
-            position: (..., N, 2) metres, finite.
-            yaw: (..., N) radians, finite.
+            position: (..., N, 2) metres, within the limits.
+            yaw: (..., N) radians, within the limits.
         """
         return self.trusted(**vars(self) | {"position": position, "yaw": yaw})
 

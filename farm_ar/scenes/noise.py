@@ -69,4 +69,4 @@ class LayoutNoise:
         turn = np.clip(rng.normal(self.rotation.mean, self.rotation.sd, shape), -2 * np.pi, 2 * np.pi)
         moved: FloatArray = np.clip(layout.position + shift, 0.0, np.asarray(room_size))
         position = np.where(layout.fixed[:, None], layout.position, moved)
-        return layout.with_poses(position, np.where(layout.fixed, layout.yaw, layout.yaw + turn))
+        return layout.placed(position, np.where(layout.fixed, layout.yaw, layout.yaw + turn))

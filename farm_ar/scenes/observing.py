@@ -186,7 +186,9 @@ def observe_many(
     order, count = _left_to_right(seen, found["position"], cameras)
     packed = {name: _take(values, order) for name, values in found.items()}
     truth = packed.pop("label")
-    return SnapshotBatch(cameras, count, layout.categories, truth=truth, **packed)
+    return SnapshotBatch.trusted(
+        camera=cameras, count=count, categories=layout.categories, truth=truth, **packed
+    )
 
 
 def _detect(

@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from farm_ar.arrays import FloatArray, IntArray, Record, read_only
+from farm_ar.arrays import ANGLE, POSITION, SIDE, SPEED, WEIGHT, FloatArray, IntArray, Record, read_only
 from farm_ar.errors import SceneError
 from farm_ar.geometry import nearest_site
 from farm_ar.scenes.camera import PAPER_FIELD_OF_VIEW, CameraPath, FieldOfView
@@ -31,10 +31,10 @@ class Site:
 
 @dataclass(frozen=True)
 class Weights:
-    """Weights of the translation and rotation costs, w_t and w_r; neither negative.
+    """Weights of the translation and rotation costs, w_t and w_r, 0 to 1e6.
 
     Raises:
-        SceneError: one of them is negative or not finite.
+        SceneError: one of them is out of these limits.
     """
 
     translation: float
@@ -43,8 +43,8 @@ class Weights:
     def __post_init__(self) -> None:
         for name in ("translation", "rotation"):
             value = float(getattr(self, name))
-            if not 0 <= value < np.inf:
-                raise SceneError(f"weights.{name}", "must be a number not below 0", value)
+            if not WEIGHT.allow(value):
+                raise SceneError(f"weights.{name}", WEIGHT.expected, value)
             object.__setattr__(self, name, value)
 
     @classmethod
@@ -63,7 +63,7 @@ class Template:
         size: its width, height and depth, metres.
 
     Raises:
-        SceneError: the heading is not finite, or the size is not 3 positive numbers.
+        SceneError: the heading or the size is out of its limits.
     """
 
     category: str
@@ -73,10 +73,12 @@ class Template:
     def __post_init__(self) -> None:
         object.__setattr__(self, "yaw", float(self.yaw))
         object.__setattr__(self, "size", tuple(float(side) for side in self.size))
-        if not np.isfinite(self.yaw):
-            raise SceneError("template.yaw", "must be finite", self.yaw)
-        if len(self.size) != 3 or not all(0 < side < np.inf for side in self.size):
-            raise SceneError("template.size", "must be 3 positive numbers in metres", self.size)
+        if not ANGLE.allow(self.yaw):
+            raise SceneError("template.yaw", ANGLE.expected, self.yaw)
+        if len(self.size) != 3 or not SIDE.allow(self.size).all():
+            raise SceneError(
+                "template.size", "must be 3 positive numbers in metres, from 1e-6 to 1e6", self.size
+            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,12 +121,14 @@ class Scene(Record):
         object.__setattr__(self, "symmetry", MappingProxyType(dict(self.symmetry)))
         if not isinstance(self.name, str) or not self.name:
             raise SceneError("name", "must be a non-empty string", self.name)
-        if len(self.size) != 2 or not all(0 < side < np.inf for side in self.size):
-            raise SceneError("size_m", "must be 2 positive numbers in metres", list(self.size))
+        if len(self.size) != 2 or not SIDE.allow(self.size).all():
+            raise SceneError(
+                "size_m", "must be 2 positive numbers in metres, from 1e-6 to 1e6", list(self.size)
+            )
         if self.layout.batch_shape:
             raise SceneError("layout", "must be a single arrangement", self.layout.batch_shape)
-        if not 0 < self.camera_speed < np.inf:
-            raise SceneError("camera.speed_m_s", "must be a positive number", self.camera_speed)
+        if not SPEED.allow(self.camera_speed):
+            raise SceneError("camera.speed_m_s", SPEED.expected, self.camera_speed)
         self._check_sites()
         self._check_categories()
 
@@ -135,8 +139,8 @@ class Scene(Record):
             place = (site.x, site.z)
             if not isinstance(site.name, str) or not site.name:
                 raise SceneError(f"sites[{i}].name", "must be a non-empty string", site.name)
-            if not np.isfinite(place).all():
-                raise SceneError(f"sites[{i}]", "must have a finite x and z", place)
+            if not POSITION.allow(place).all():
+                raise SceneError(f"sites[{i}]", "must have a finite x and z, from -1e6 to 1e6 metres", place)
             if site.name in names:
                 raise SceneError(f"sites[{i}].name", "must not repeat an earlier site's", site.name)
             if place in places:

@@ -7,12 +7,25 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from farm_ar.arrays import BoolArray, FloatArray, IntArray, Record, first_wrong, read_only
+from farm_ar.arrays import (
+    ANGLE,
+    POSITION,
+    SHARE,
+    SIDE,
+    BoolArray,
+    FloatArray,
+    IntArray,
+    Record,
+    first_wrong,
+    read_only,
+)
 from farm_ar.errors import SnapshotError
 from farm_ar.scenes.camera import Camera
 
 UNKNOWN = -1
 """Code of a category that is not known, and index of a label that is none."""
+
+_LIMITS = {"position": POSITION, "yaw": ANGLE, "size": SIDE, "elevation": POSITION, "confidence": SHARE}
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,16 +34,16 @@ class Detections(Record):
 
     Args:
         category: N non-empty categories; None where it is not known.
-        position: (N, 2) pivots as (x, z), metres.
-        yaw: (N,) headings, radians.
-        size: (N, 3) width, height, depth, metres, positive.
-        elevation: (N,) heights of the pivots above the floor, metres; 0 by default.
+        position: (N, 2) pivots as (x, z), metres, at most 1e6 either way.
+        yaw: (N,) headings, radians, at most 1e6 turns either way.
+        size: (N, 3) width, height, depth, metres, 1e-6 to 1e6.
+        elevation: (N,) heights of the pivots above the floor, metres, as positions; 0 by default.
         confidence: (N,) how sure the detector is, 0 to 1; 1 by default.
         ids: N names of the detections, distinct and not empty; "0", "1", ... by default.
 
     Raises:
-        SnapshotError: a pose is not finite, a size is not positive, a category or an id is empty, an id is
-            repeated, or the shapes do not agree.
+        SnapshotError: a value is out of its limits, a category or an id is empty, an id is repeated, or the
+            shapes do not agree.
     """
 
     category: tuple[str | None, ...]
@@ -57,9 +70,10 @@ class Detections(Record):
             if array.shape != shape:
                 raise SnapshotError(f"detections.{name}", f"must have shape {shape}", array.shape)
             object.__setattr__(self, name, array)
-            self._require(name, np.isfinite(array), "must be finite")
-        self._require("size", self.size > 0, "must be positive metres")
-        self._require("confidence", (self.confidence >= 0) & (self.confidence <= 1), "must be from 0 to 1")
+            where = first_wrong(_LIMITS[name].allow(array))
+            if where is not None:
+                field = f"detections[{where[0]}].{name}"
+                raise SnapshotError(field, _LIMITS[name].expected, array[where[0]].tolist())
 
     def _check_names(self) -> None:
         for i, category in enumerate(self.category):
@@ -68,12 +82,6 @@ class Detections(Record):
         n, ids = len(self.category), self.ids
         if len(set(ids)) != n or len(ids) != n or not all(isinstance(one, str) and one for one in ids):
             raise SnapshotError("detections.id", f"must be {n} different names", list(ids))
-
-    def _require(self, name: str, right: BoolArray, expected: str) -> None:
-        where = first_wrong(right)
-        if where is not None:
-            got = getattr(self, name)[where[0]].tolist()
-            raise SnapshotError(f"detections[{where[0]}].{name}", expected, got)
 
     def __len__(self) -> int:
         return len(self.category)
@@ -114,8 +122,7 @@ class SnapshotBatch(Record):
             where it is not known.
 
     Raises:
-        SnapshotError: a pose that exists is not finite, a size is not positive, a code or a count is out of
-            its limits, or the shapes do not agree.
+        SnapshotError: a value that exists is out of its limits, or the shapes do not agree.
     """
 
     camera: Camera
@@ -152,11 +159,10 @@ class SnapshotBatch(Record):
         self._require("category", right, f"must be from {UNKNOWN} to {len(self.categories) - 1}")
         if self.truth is not None:
             self._require("truth", self.truth >= UNKNOWN, "must be the index of a label or UNKNOWN")
-        for name in ("yaw", "elevation"):
-            self._require(name, np.isfinite(getattr(self, name)) | padding, "must be finite")
-        self._require("position", np.isfinite(self.position) | padding[..., None], "must be finite")
-        right = np.isfinite(self.size) & (self.size > 0)
-        self._require("size", right | padding[..., None], "must be positive metres")
+        for name in ("position", "yaw", "size", "elevation"):
+            values = getattr(self, name)
+            beyond = padding if values.ndim == 2 else padding[..., None]
+            self._require(name, _LIMITS[name].allow(values) | beyond, _LIMITS[name].expected)
 
     def _require(self, name: str, right: BoolArray, expected: str) -> None:
         where = first_wrong(right)

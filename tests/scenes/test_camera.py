@@ -50,9 +50,9 @@ def test_a_field_of_view_holds_plain_numbers_so_that_errors_and_files_show_them_
         ({"left": -0.1}, r"fov.left: must be an angle from 0 to 180 degrees, got -0.1"),
         ({"left": 3.2}, r"fov.left: must be an angle from 0 to 180 degrees, got 3.2"),
         ({"right": np.nan}, r"fov.right: must be an angle from 0 to 180 degrees, got nan"),
-        ({"range_m": 0}, r"fov.range_m: must be a positive number of metres, got 0.0"),
-        ({"range_m": np.nan}, r"fov.range_m: must be a positive number of metres, got nan"),
-        ({"range_m": np.inf}, r"fov.range_m: must be a positive number of metres, got inf"),
+        ({"range_m": 0}, r"fov.range_m: must be positive metres, from 1e-6 to 1e9, got 0.0"),
+        ({"range_m": np.nan}, r"fov.range_m: must be positive metres, from 1e-6 to 1e9, got nan"),
+        ({"range_m": np.inf}, r"fov.range_m: must be positive metres, from 1e-6 to 1e9, got inf"),
         ({"up": 0.1}, r"fov.up, fov.down: must be given both or neither, got \(0.1, None\)"),
         ({"down": 0.1}, r"fov.up, fov.down: must be given both or neither, got \(None, 0.1\)"),
         ({"up": 1.6, "down": 0.1}, r"fov.up: must be an angle from 0 to 90 degrees, got 1.6"),
@@ -111,10 +111,13 @@ def test_a_batch_may_have_no_cameras():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"position": [np.nan, 0.0]}, r"camera.position\[0\]: must be finite, got nan"),
-        ({"yaw": np.inf}, r"camera.yaw: must be finite, got inf"),
-        ({"height": np.nan}, r"camera.height: must be finite, got nan"),
-        ({"pitch": -np.inf}, r"camera.pitch: must be finite, got -inf"),
+        (
+            {"position": [np.nan, 0.0]},
+            r"camera.position\[0\]: must be finite, from -1e6 to 1e6 metres, got nan",
+        ),
+        ({"yaw": np.inf}, r"camera.yaw: must be finite, at most 1e6 turns, got inf"),
+        ({"height": np.nan}, r"camera.height: must be finite, from -1e6 to 1e6 metres, got nan"),
+        ({"pitch": -np.inf}, r"camera.pitch: must be finite, at most 1e6 turns, got -inf"),
         (
             {"position": [0.0, 0.0, 0.0]},
             r"camera.position, camera.yaw: must have shapes \(..., 2\) and \(...\)",
@@ -192,7 +195,7 @@ def test_the_polyline_runs_from_the_first_anchor_to_the_last():
         (np.ones((4, 2)), r"camera_path.bezier_points: must not all be the same point, got \[1.0, 1.0\]"),
         (
             [(0, 0), (1, np.nan), (2, 2), (3, 3)],
-            r"camera_path.bezier_points\[1\]: must be finite, got \[1.0, nan\]",
+            r"camera_path.bezier_points\[1\]: must be finite, from -1e6 to 1e6 metres, got \[1.0, nan\]",
         ),
     ],
 )

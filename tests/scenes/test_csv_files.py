@@ -85,7 +85,9 @@ def test_a_scene_from_a_table_is_the_room_without_sites_named_after_the_file(tab
 
 
 def test_a_room_without_area_is_refused(table):
-    with pytest.raises(SceneError, match=r"size_m: must be 2 positive numbers in metres, got \[5.0, 0.0\]"):
+    with pytest.raises(
+        SceneError, match=r"size_m: must be 2 positive numbers in metres, from 1e-6 to 1e6, got \[5.0, 0.0\]"
+    ):
         load_scene_csv(table(TABLE), (5, 0))
 
 

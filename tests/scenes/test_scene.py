@@ -120,19 +120,40 @@ def test_numbers_of_any_kind_become_plain_ones_so_that_errors_and_files_show_the
     [
         ({"name": ""}, "name: must be a non-empty string, got ''"),
         ({"name": 3}, "name: must be a non-empty string, got 3"),
-        ({"size": (4,)}, r"size_m: must be 2 positive numbers in metres, got \[4.0\]"),
-        ({"size": (4, 3, 2)}, r"size_m: must be 2 positive numbers in metres, got \[4.0, 3.0, 2.0\]"),
-        ({"size": (4, 0)}, r"size_m: must be 2 positive numbers in metres, got \[4.0, 0.0\]"),
-        ({"size": (np.nan, 3)}, r"size_m: must be 2 positive numbers in metres, got \[nan, 3.0\]"),
-        ({"size": (np.inf, 3)}, r"size_m: must be 2 positive numbers in metres, got \[inf, 3.0\]"),
+        ({"size": (4,)}, r"size_m: must be 2 positive numbers in metres, from 1e-6 to 1e6, got \[4.0\]"),
+        (
+            {"size": (4, 3, 2)},
+            r"size_m: must be 2 positive numbers in metres, from 1e-6 to 1e6, got \[4.0, 3.0, 2.0\]",
+        ),
+        (
+            {"size": (4, 0)},
+            r"size_m: must be 2 positive numbers in metres, from 1e-6 to 1e6, got \[4.0, 0.0\]",
+        ),
+        (
+            {"size": (np.nan, 3)},
+            r"size_m: must be 2 positive numbers in metres, from 1e-6 to 1e6, got \[nan, 3.0\]",
+        ),
+        (
+            {"size": (np.inf, 3)},
+            r"size_m: must be 2 positive numbers in metres, from 1e-6 to 1e6, got \[inf, 3.0\]",
+        ),
         (
             {"layout": LAYOUT.with_poses(np.zeros((2, 3, 2)), np.zeros((2, 3)))},
             r"layout: must be a single arrangement, got \(2,\)",
         ),
-        ({"camera_speed": 0}, "camera.speed_m_s: must be a positive number, got 0.0"),
-        ({"camera_speed": np.nan}, "camera.speed_m_s: must be a positive number, got nan"),
+        (
+            {"camera_speed": 0},
+            "camera.speed_m_s: must be a positive number, from 1e-6 to 1e6 metres a second, got 0.0",
+        ),
+        (
+            {"camera_speed": np.nan},
+            "camera.speed_m_s: must be a positive number, from 1e-6 to 1e6 metres a second, got nan",
+        ),
         ({"sites": (Site("", 0, 0),)}, r"sites\[0\].name: must be a non-empty string, got ''"),
-        ({"sites": (Site("S", np.nan, 0),)}, r"sites\[0\]: must have a finite x and z, got \(nan, 0.0\)"),
+        (
+            {"sites": (Site("S", np.nan, 0),)},
+            r"sites\[0\]: must have a finite x and z, from -1e6 to 1e6 metres, got \(nan, 0.0\)",
+        ),
         (
             {"sites": (Site("S", 0, 0), Site("S", 1, 0))},
             r"sites\[1\].name: must not repeat an earlier site's, got 'S'",
@@ -175,10 +196,22 @@ def test_weights_are_not_negative_and_finite(wrong):
 @pytest.mark.parametrize(
     ("yaw", "size", "message"),
     [
-        (np.nan, (1, 1, 1), "template.yaw: must be finite, got nan"),
-        (0, (1, 1), r"template.size: must be 3 positive numbers in metres, got \(1.0, 1.0\)"),
-        (0, (1, 0, 1), r"template.size: must be 3 positive numbers in metres, got \(1.0, 0.0, 1.0\)"),
-        (0, (1, np.inf, 1), r"template.size: must be 3 positive numbers in metres, got \(1.0, inf, 1.0\)"),
+        (np.nan, (1, 1, 1), "template.yaw: must be finite, at most 1e6 turns, got nan"),
+        (
+            0,
+            (1, 1),
+            r"template.size: must be 3 positive numbers in metres, from 1e-6 to 1e6, got \(1.0, 1.0\)",
+        ),
+        (
+            0,
+            (1, 0, 1),
+            r"template.size: must be 3 positive numbers in metres, from 1e-6 to 1e6, got \(1.0, 0.0, 1.0\)",
+        ),
+        (
+            0,
+            (1, np.inf, 1),
+            r"template.size: must be 3 positive numbers in metres, from 1e-6 to 1e6, got \(1.0, inf, 1.0\)",
+        ),
     ],
 )
 def test_a_template_that_cannot_be_is_refused(yaw, size, message):

@@ -61,17 +61,29 @@ GOOD: dict[str, Any] = {
 @pytest.mark.parametrize(
     ("name", "value", "message"),
     [
-        ("position", [(0, 0), (np.nan, 0)], r"detections\[1\].position: must be finite, got \[nan, 0.0\]"),
+        (
+            "position",
+            [(0, 0), (np.nan, 0)],
+            r"detections\[1\].position: must be finite, from -1e6 to 1e6 metres, got \[nan, 0.0\]",
+        ),
         ("position", np.zeros((2, 3)), r"detections.position: must have shape \(2, 2\), got \(2, 3\)"),
-        ("yaw", [np.inf, 0], r"detections\[0\].yaw: must be finite, got inf"),
+        ("yaw", [np.inf, 0], r"detections\[0\].yaw: must be finite, at most 1e6 turns, got inf"),
         ("yaw", None, r"detections.yaw: must have shape \(2,\), got \(\)"),
         (
             "size",
             [(1, 1, 1), (1, 0, 1)],
-            r"detections\[1\].size: must be positive metres, got \[1.0, 0.0, 1.0\]",
+            r"detections\[1\].size: must be positive metres, from 1e-6 to 1e6, got \[1.0, 0.0, 1.0\]",
         ),
-        ("size", [(1, 1, 1), (1, np.inf, 1)], r"detections\[1\].size: must be finite, got \[1.0, inf, 1.0\]"),
-        ("elevation", [0, np.nan], r"detections\[1\].elevation: must be finite, got nan"),
+        (
+            "size",
+            [(1, 1, 1), (1, np.inf, 1)],
+            r"detections\[1\].size: must be positive metres, from 1e-6 to 1e6, got \[1.0, inf, 1.0\]",
+        ),
+        (
+            "elevation",
+            [0, np.nan],
+            r"detections\[1\].elevation: must be finite, from -1e6 to 1e6 metres, got nan",
+        ),
         ("confidence", [0, 1.1], r"detections\[1\].confidence: must be from 0 to 1, got 1.1"),
         ("confidence", [-0.1, 1], r"detections\[0\].confidence: must be from 0 to 1, got -0.1"),
         ("category", ("chair", ""), r"detections\[1\].category: must be a category or None, got ''"),
@@ -220,11 +232,23 @@ def test_what_stands_beyond_the_count_means_nothing(change):
         (wrong_at("category", (0, 1), 2), r"category\[0, 1\]: must be from -1 to 1, got 2"),
         (wrong_at("category", (1, 1), -2), r"category\[1, 1\]: must be from -1 to 1, got -2"),
         (wrong_at("truth", (1, 0), -2), r"truth\[1, 0\]: must be the index of a label or UNKNOWN, got -2"),
-        (wrong_at("position", (1, 0, 1), np.nan), r"position\[1, 0, 1\]: must be finite, got nan"),
-        (wrong_at("yaw", (0, 1), np.inf), r"yaw\[0, 1\]: must be finite, got inf"),
-        (wrong_at("elevation", (0, 0), np.nan), r"elevation\[0, 0\]: must be finite, got nan"),
-        (wrong_at("size", (0, 1, 2), 0), r"size\[0, 1, 2\]: must be positive metres, got 0.0"),
-        (wrong_at("size", (0, 1, 2), np.inf), r"size\[0, 1, 2\]: must be positive metres, got inf"),
+        (
+            wrong_at("position", (1, 0, 1), np.nan),
+            r"position\[1, 0, 1\]: must be finite, from -1e6 to 1e6 metres, got nan",
+        ),
+        (wrong_at("yaw", (0, 1), np.inf), r"yaw\[0, 1\]: must be finite, at most 1e6 turns, got inf"),
+        (
+            wrong_at("elevation", (0, 0), np.nan),
+            r"elevation\[0, 0\]: must be finite, from -1e6 to 1e6 metres, got nan",
+        ),
+        (
+            wrong_at("size", (0, 1, 2), 0),
+            r"size\[0, 1, 2\]: must be positive metres, from 1e-6 to 1e6, got 0.0",
+        ),
+        (
+            wrong_at("size", (0, 1, 2), np.inf),
+            r"size\[0, 1, 2\]: must be positive metres, from 1e-6 to 1e6, got inf",
+        ),
     ],
 )
 def test_a_batch_that_cannot_be_is_refused_by_the_name_of_its_field(change, message):
