@@ -22,6 +22,20 @@ CONTROLS: dict[str, tuple[str, ...]] = {
 }
 """The ways to play, and the actions of each, the default first."""
 
+MOST = {
+    "visits": 1e6,
+    "moves": 1e6,
+    "budget_m": 1e9,
+    "budget_rad": 1e9,
+    "budget": 1e9,
+    "hand_seconds": 3600.0,
+    "effort_weight": 1e6,
+    "play_seconds": 3600.0,
+    "head_noise_deg": 360.0,
+    "animals_a_second": 1000.0,
+}
+"""The largest that a number may be, so that an episode ends and nothing overflows."""
+
 OBSERVATIONS = ("state", "pixels")
 KNOWLEDGE = ("white-box", "black-box")
 REWARDS = ("identity", "margin", "clutter", "miscount", "endpoint")
@@ -93,13 +107,19 @@ class EnvOptions:
         value = getattr(self, name)
         right = isinstance(value, Integral) and not isinstance(value, bool)
         self._check(name, right and int(value) >= lowest, expected)
+        self._check_most(name)
         object.__setattr__(self, name, int(value))
 
     def _make_float(self, name: str, zero: bool, expected: str) -> None:
         value = getattr(self, name)
-        right = isinstance(value, Real) and not isinstance(value, bool) and bool(np.isfinite(float(value)))
+        right = isinstance(value, Real) and not isinstance(value, bool) and value < np.inf
         self._check(name, right and (value > 0 or (zero and value == 0)), expected)
+        self._check_most(name)
         object.__setattr__(self, name, float(value))
+
+    def _check_most(self, name: str) -> None:
+        most = MOST.get(name, np.inf)
+        self._check(name, getattr(self, name) <= most, f"must be at most {most:g}")
 
     def _check(self, name: str, right: bool, expected: str) -> None:
         if not right:

@@ -244,7 +244,10 @@ def test_plot_leaves_json_alone(identify, tmp_path):
         ),
         (["--threshold", "1.5"], "OptionError: threshold: must be from 0 to 1, got 1.5"),
         (["--weights", "1"], "OptionError: --weights: must be wt,wr, all of them numbers, got '1'"),
-        (["--weights", "-1,1"], "SceneError: weights.translation: must be a number not below 0, at most 1e6, got -1.0"),
+        (
+            ["--weights", "-1,1"],
+            "SceneError: weights.translation: must be a number not below 0, at most 1e6, got -1.0",
+        ),
         (["--solver", "magic"], "OptionError: solver: must be one of lsap, mip, got 'magic'"),
         (
             ["--room", "5,4"],
