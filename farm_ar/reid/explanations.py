@@ -75,6 +75,10 @@ class Explanation:
             sure = "" if np.isnan(self.confidence) else f" (probability {self.confidence:.2f})"
             return f"{self.detection} is none of the labels{sure}{self._nearest()}."
         text = f"{self.detection} is {_moved(self.given)}"
+        if self.runner_up is None and np.isfinite(self.margin):
+            return (
+                f"{text}; another detection could have that label instead, for {self.margin:.2f} more in all."
+            )
         if self.runner_up is None:
             return f"{text}; without that label it would have none."
         text += f"; it could be {_moved(self.runner_up)}."

@@ -342,24 +342,13 @@ def fill_margins(
         chosen: (m or more) indices of the labels.
         answer: filled.
     """
-    n, m = cost.shape
-    rows = np.empty(n, dtype=np.int64)
-    number = 0
-    for row in range(n):
+    margin, other = find_margins(cost, column_of)
+    for row in range(len(cost)):
         if column_of[row] != UNKNOWN:
-            rows[number] = row
-            number += 1
-    part, column = np.empty((number, m)), np.empty(number, dtype=np.int64)
-    for k in range(number):
-        column[k] = column_of[rows[k]]
-        for j in range(m):
-            part[k, j] = cost[rows[k], j]
-    margin, other = find_margins(part, column)
-    for k in range(number):
-        i = seen.order[b % len(seen.order), rows[k]]
-        answer.margin[b, i] = margin[k]
-        if other[k] != UNKNOWN:
-            answer.runner_up[b, i] = chosen[other[k]]
+            i = seen.order[b % len(seen.order), row]
+            answer.margin[b, i] = margin[row]
+            if other[row] != UNKNOWN:
+                answer.runner_up[b, i] = chosen[other[row]]
 
 
 @_compile

@@ -12,12 +12,16 @@ from farm_ar.scenes import UNKNOWN
 def margins(cost: FloatArray, column: IntArray) -> FloatArray:
     """The rise of the least total cost when a row must give up the column it has.
 
+    As many rows as before keep a column: a row gives its own up for another one, or stays empty so that a row
+    that is empty now has a column instead.
+
     Args:
         cost: (N, M) costs, infinite where a label is not allowed.
         column: (N,) the column of each row in an optimal assignment, below 0 for none.
 
     Returns:
-        (N,) rises, not negative; infinite where the row can have no other column, NaN where it has none.
+        (N,) rises, not negative; infinite where no other assignment has as many rows, NaN where a row has no
+        column.
     """
     return margins_and_runners_up(cost, column)[0]
 
@@ -25,52 +29,65 @@ def margins(cost: FloatArray, column: IntArray) -> FloatArray:
 def margins_and_runners_up(cost: FloatArray, column: IntArray) -> tuple[FloatArray, IntArray]:
     """`margins`, and the column that each row has in the best assignment without its own.
 
-    Found by one all-pairs shortest path over the rows and a sink, without solving again (T4).
+    Found by one all-pairs shortest path over the rows and two nodes more, without solving again (T4).
 
     Returns:
-        (N,) rises as in `margins`; (N,) columns, `UNKNOWN` where the row can have no other or has none.
+        (N,) rises as in `margins`; (N,) columns, `UNKNOWN` where the row then has none.
     """
-    result, other = np.full(len(cost), np.nan), np.full(len(cost), UNKNOWN, dtype=np.int64)
-    rows = np.flatnonzero(column >= 0)
-    if rows.size:
-        result[rows], other[rows] = find_margins(np.ascontiguousarray(cost[rows]), column[rows])
-    return result, other
+    return find_margins(np.ascontiguousarray(cost), np.ascontiguousarray(column))  # type: ignore[no-any-return]
 
 
 @numba.njit(cache=True, nogil=True)
 def find_margins(cost: FloatArray, column: IntArray) -> tuple[FloatArray, IntArray]:
-    """`margins_and_runners_up` of rows that all have a column.
+    """`margins_and_runners_up`, compiled.
 
-    Nodes are the rows and one sink that stands for the columns nobody has. An arc from one row to another
-    is the former taking the latter's column; an arc from the sink frees a column. The arcs carry plain cost
-    differences: an optimal assignment has no negative cycle, so Floyd and Warshall's method needs no duals.
+    Nodes are the rows that have a column, one node for the columns nobody has, and one for the rows without a
+    column, where there are any. An arc from one row to another is the former taking the latter's column; an
+    arc to the free columns takes one, an arc from them frees the column of a row; an arc to the empty rows
+    gives up a column for nothing, an arc from them gives a row's column to the empty row that takes it
+    for least. The arcs carry plain cost differences: an optimal assignment has no negative cycle, so Floyd
+    and Warshall's method needs no duals.
     """
-    n, m = cost.shape
+    m = cost.shape[1]
+    rows = np.flatnonzero(column >= 0)
+    n = len(rows)
+    free, empty = n, n + 1
+    nodes = n + 1 if n == len(cost) else n + 2
     taken = np.zeros(m, dtype=np.bool_)
-    for i in range(n):
-        taken[column[i]] = True
-    length = np.full((n + 1, n + 1), np.inf)
-    free = np.full(n, UNKNOWN, dtype=np.int64)
-    for i in range(n):
+    for a in range(n):
+        taken[column[rows[a]]] = True
+    length = np.full((nodes, nodes), np.inf)
+    nearest = np.full(n, UNKNOWN, dtype=np.int64)
+    for a in range(n):
+        i = rows[a]
         own = cost[i, column[i]]
-        for k in range(n):
-            if k != i:
-                length[i, k] = cost[i, column[k]] - own
+        for b in range(n):
+            if b != a:
+                length[a, b] = cost[i, column[rows[b]]] - own
         for j in range(m):
-            if not taken[j] and cost[i, j] - own < length[i, n]:
-                length[i, n] = cost[i, j] - own
-                free[i] = j
-        length[n, i] = 0.0
+            if not taken[j] and cost[i, j] - own < length[a, free]:
+                length[a, free] = cost[i, j] - own
+                nearest[a] = j
+        length[free, a] = 0.0
+        if nodes > empty:
+            length[a, empty] = -own
+            for other in range(len(cost)):
+                if column[other] < 0:
+                    length[empty, a] = min(length[empty, a], cost[other, column[i]])
     direct = length.copy()
-    for k in range(n + 1):
-        for i in range(n + 1):
-            for j in range(n + 1):
-                length[i, j] = min(length[i, j], length[i, k] + length[k, j])
-    result, other = np.full(n, np.inf), np.full(n, UNKNOWN, dtype=np.int64)
-    for i in range(n):
-        for k in range(n + 1):
-            if k != i and direct[i, k] + length[k, i] < result[i]:
-                result[i] = direct[i, k] + length[k, i]
-                other[i] = column[k] if k < n else free[i]
-        result[i] = max(result[i], 0.0)
-    return result, other
+    for k in range(nodes):
+        for a in range(nodes):
+            for b in range(nodes):
+                length[a, b] = min(length[a, b], length[a, k] + length[k, b])
+    result, runner_up = np.full(len(cost), np.nan), np.full(len(cost), UNKNOWN, dtype=np.int64)
+    for a in range(n):
+        rise = np.inf
+        for k in range(nodes):
+            if k != a and direct[a, k] + length[k, a] < rise:
+                rise = direct[a, k] + length[k, a]
+                if k < n:
+                    runner_up[rows[a]] = column[rows[k]]
+                else:
+                    runner_up[rows[a]] = nearest[a] if k == free else UNKNOWN
+        result[rows[a]] = max(rise, 0.0)
+    return result, runner_up
