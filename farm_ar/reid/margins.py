@@ -34,7 +34,8 @@ def margins_and_runners_up(cost: FloatArray, column: IntArray) -> tuple[FloatArr
     Returns:
         (N,) rises as in `margins`; (N,) columns, `UNKNOWN` where the row then has none.
     """
-    return find_margins(np.ascontiguousarray(cost), np.ascontiguousarray(column))  # type: ignore[no-any-return]
+    result, other = find_margins(np.ascontiguousarray(cost), np.ascontiguousarray(column))
+    return result, other
 
 
 @numba.njit(cache=True, nogil=True)

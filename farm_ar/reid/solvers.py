@@ -94,7 +94,9 @@ def solve_mip(cost: FloatArray) -> IntArray:
     for j in range(m):
         programme.Add(sum(assigned[i, j] for i in range(n) if allowed[i, j]) <= 1)
     programme.Minimize(objective)
-    if programme.Solve() != pywraplp.Solver.OPTIMAL:  # pragma: no cover - always feasible and bounded
+    exact = pywraplp.MPSolverParameters()
+    exact.SetDoubleParam(pywraplp.MPSolverParameters.RELATIVE_MIP_GAP, 0.0)
+    if programme.Solve(exact) != pywraplp.Solver.OPTIMAL:  # pragma: no cover - always feasible and bounded
         raise OptionError("cost", "must give a programme that SCIP solves", cost.tolist())
     result = np.full(n, UNASSIGNED, dtype=np.int64)
     for (i, j), variable in assigned.items():

@@ -75,6 +75,20 @@ def test_large_problems_have_one_optimum_for_all_solvers(seed: int, shape: tuple
         assert found == (expected[0], pytest.approx(expected[1]))
 
 
+@pytest.mark.parametrize("surplus", [False, True])
+@pytest.mark.parametrize("gated", [False, True])
+def test_no_solver_stops_near_the_optimum(surplus: bool, gated: bool) -> None:
+    rng = np.random.default_rng(6 + 2 * surplus + gated)
+    for _ in range(60):
+        n, m = sorted((rng.integers(6, 16), rng.integers(7, 17)), reverse=surplus)
+        cost = rng.uniform(0, 3, (n, m))
+        if gated:
+            cost[rng.integers(0, 3, n)[:, None] != rng.integers(0, 3, m)] = FORBIDDEN
+        empty, total = outcome(cost, solve_assignment(cost, "lsap"))
+        for found in (solve_assignment(cost, "mip"), compiled(cost)):
+            assert outcome(cost, found) == (empty, pytest.approx(total, abs=1e-9))
+
+
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_a_small_problem_by_hand(solver: str) -> None:
     # Two rows want column 0: giving it to the first costs 1 + 2 + 1 in all, to the second 6 + 1 + 1.
@@ -109,6 +123,18 @@ def test_as_few_rows_stay_empty_as_possible_even_if_that_is_dearer(solver: str) 
     # Cheapest single choice is row 0, column 0; but row 1 can have nothing else.
     cost = np.array([[0.0, 100.0], [50.0, FORBIDDEN]])
     assert solve_assignment(cost, solver).tolist() == [1, 0]
+    assert compiled(cost).tolist() == [1, 0]
+    # A fourth label costs more than three times the dearest label does alone.
+    chain = np.array(
+        [
+            [0.0, 9.0, FORBIDDEN, FORBIDDEN],
+            [FORBIDDEN, 0.0, 9.0, FORBIDDEN],
+            [FORBIDDEN, FORBIDDEN, 0.0, 9.0],
+            [9.0, FORBIDDEN, FORBIDDEN, FORBIDDEN],
+        ]
+    )
+    assert solve_assignment(chain, solver).tolist() == [1, 2, 3, 0]
+    assert compiled(chain).tolist() == [1, 2, 3, 0]
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
