@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from math import pi
-
 import numba
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
+from farm_ar.geometry.angles import wrap_angle
 
 
 @numba.njit(cache=True, nogil=True)
@@ -64,17 +63,6 @@ def place_in_turn(
 
 
 @numba.njit(cache=True, nogil=True)
-def wrapped(angle: float) -> float:
-    """`geometry.wrap` of one angle."""
-    turned = float(np.fmod(angle, 2 * pi))
-    if turned >= pi:
-        turned -= 2 * pi
-    if turned < -pi:
-        turned += 2 * pi
-    return turned
-
-
-@numba.njit(cache=True, nogil=True)
 def within(value: float, low: float, high: float) -> float:
     """The value, or the limit that it is beyond."""
     return min(max(value, low), high)
@@ -111,12 +99,12 @@ def poses_nearby(
     pose = np.empty(drawn.shape)
     for k in range(len(turns)):
         i = turns[k]
-        near = abs(wrapped(heading[i])) <= limit
+        near = abs(wrap_angle(heading[i])) <= limit
         for t in range(drawn.shape[1]):
             for axis in range(2):
                 moved = drawn[k, t, axis] * spread[0] + home[i, axis]
                 pose[k, t, axis] = within(moved, edge[i, axis], room[axis] - edge[i, axis])
-            turned = wrapped(drawn[k, t, 2] * spread[1] + heading[i])
+            turned = wrap_angle(drawn[k, t, 2] * spread[1] + heading[i])
             pose[k, t, 2] = within(turned, -limit, limit) if near else turned
     return pose
 

@@ -12,6 +12,7 @@ from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.envs.meeting import FIXED, KIND, OBJECT, RIVALS, introduce
 from farm_ar.game_logic import sight
 from farm_ar.game_logic.compiling import compiled
+from farm_ar.geometry.angles import wrap_angle
 from farm_ar.reid import dimension_cost
 from farm_ar.reid.kernels import assign
 from farm_ar.reid.margins import find_margins
@@ -136,16 +137,6 @@ def pages(
 
 
 @compiled
-def wrapped(angle: float) -> float:
-    """The same direction in [-pi, pi)."""
-    while angle >= pi:
-        angle -= 2 * pi
-    while angle < -pi:
-        angle += 2 * pi
-    return angle
-
-
-@compiled
 def within(value: float, low: float, high: float) -> float:
     """The value, or the limit that it is beyond."""
     return min(max(value, low), high)
@@ -192,7 +183,7 @@ def read_table(
     cost, rows, anew = known[:, COSTS:], np.empty(m, dtype=np.int64), np.zeros(kinds, dtype=np.bool_)
     for k in range(m):
         i = met[k, OBJECT]
-        x, z, yaw = places[i, X], places[i, Z], wrapped(-places[i, ANGLE])
+        x, z, yaw = places[i, X], places[i, Z], wrap_angle(-places[i, ANGLE])
         seen = 1.0 if sight.in_sight(eye, x, where[i, ELEVATION], z) else 0.0
         if seen != known[k, SEEN]:
             known[k, SEEN], anew[met[k, KIND]] = seen, True
@@ -223,7 +214,7 @@ def read_table(
             numbers[believed_heading + 2 * k + 1] = cos(by)
             numbers[difference + 3 * k] = within(2 * (x - bx) / width, -2, 2)
             numbers[difference + 3 * k + 1] = within(2 * (z - bz) / depth, -2, 2)
-            numbers[difference + 3 * k + 2] = wrapped(yaw - by) / pi
+            numbers[difference + 3 * k + 2] = wrap_angle(yaw - by) / pi
             for column in range(widest):
                 numbers[cost_at + widest * k + column] = within(cost[k, column], 0, NO_RIVAL)
             numbers[margin_at + k] = 1.0

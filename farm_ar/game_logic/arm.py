@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from math import pi
+from math import fabs, pi
 
 from farm_ar.arrays import FloatArray
 from farm_ar.game_logic import chipmunk, nearness, plane, resting
 from farm_ar.game_logic.plane import Addresses
+from farm_ar.geometry.angles import wrap_angle
 
 # What the arm can do at most, newtons and newton metres. An arm without limits shoots away what it squeezes
 # against an edge; one of 50 N now and then wedges a box into a gap too narrow for it.
 _FORCE, _TORQUE = 30.0, 3.0
+
+_TURNS = 1000  # more than a hand makes in half an hour
 
 HAND_RADIUS = 0.03
 """Radius of the disc, metres."""
@@ -52,8 +55,13 @@ def look_at_hand(handle: Addresses, state: FloatArray, hand: FloatArray) -> None
 
 @chipmunk.compiled
 def yaw_of(angle: float) -> float:
-    """The yaw in [-pi, pi) of an angle of Chipmunk's."""
+    """The yaw in [-pi, pi) of an angle of Chipmunk's.
+
+    Some turns are taken off one by one, as ever: digests of episodes have what that rounds to.
+    """
     yaw = -angle
+    if fabs(yaw) > _TURNS * 2 * pi:
+        return wrap_angle(yaw)
     while yaw >= pi:
         yaw -= 2 * pi
     while yaw < -pi:

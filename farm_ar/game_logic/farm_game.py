@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from farm_ar.arrays import FloatArray, IntArray
-from farm_ar.errors import SceneError
+from farm_ar.errors import OptionError, SceneError
 from farm_ar.game_logic import guiding, plane, running, sight, steering
 from farm_ar.game_logic.counters import Counters
 from farm_ar.game_logic.flock import Flock
@@ -35,6 +35,9 @@ HAND_WAITS_AT_Z = -0.5
 
 ANIMALS_A_SECOND = 10.0
 """How many animals leave the shed, all colours together; about four times as many are then on the table."""
+
+MOST_ANIMALS_A_SECOND, LONGEST_PLAY_S = 1e4, 86400.0
+"""Limits of what the game plays."""
 
 WARM_UP_S = 8.0
 """How long animals have been leaving the shed when the game begins; those that would be home are."""
@@ -67,10 +70,11 @@ class FarmGame:
         make_reid: makes the re-identifier for the scene as it is believed to be.
         perception: makes the snapshots; by default from the true poses.
         hand_detector: sees the hand; by default from where it truly is.
-        animals_a_second: how many leave the shed, all colours together; not negative.
+        animals_a_second: how many leave the shed, all colours together; 0 to `MOST_ANIMALS_A_SECOND`.
 
     Raises:
         SceneError: the scene has no fixed object for a shed.
+        OptionError: there are to be too many animals.
     """
 
     def __init__(
@@ -87,6 +91,9 @@ class FarmGame:
         layout = layout or scene.layout
         if not layout.fixed.any():
             raise SceneError("objects", "must hold a fixed one, the shed", list(layout.labels))
+        if not 0 <= animals_a_second <= MOST_ANIMALS_A_SECOND:
+            expected = f"must be 0 to {MOST_ANIMALS_A_SECOND:g}"
+            raise OptionError("animals_a_second", expected, animals_a_second)
         self.scene, self.rng = scene, rng
         self._visit = np.zeros(steering.VISIT)
         self._phase = self._visit[: steering.WAY_AT]
@@ -253,8 +260,13 @@ class FarmGame:
         """Let the animals run. While the hand is visible they do not.
 
         Args:
-            seconds: not negative.
+            seconds: 0 to `LONGEST_PLAY_S`.
+
+        Raises:
+            OptionError: it is less, or more.
         """
+        if not 0 <= seconds <= LONGEST_PLAY_S:
+            raise OptionError("seconds", f"must be 0 to {LONGEST_PLAY_S:g}", seconds)
         if not self._phase[steering.VISITED]:
             self._run(seconds)
 

@@ -46,6 +46,9 @@ SLIDE = 1 / 13.8
 BRAKE = 1 / 50
 _BRAKED = 0.02
 
+LONGEST_S = 3600.0
+"""How long a guided hand may be on its way, seconds."""
+
 # By how much a limit may be exceeded before the hand stops: nothing that is moved keeps its heading to the
 # last bit.
 _SLACK_METRES, _SLACK_RADIANS = 1e-3, 1e-2
@@ -54,8 +57,12 @@ _SLACK_METRES, _SLACK_RADIANS = 1e-3, 1e-2
 @chipmunk.compiled
 def plan(
     handle: Addresses, state: FloatArray, way: FloatArray, x: float, z: float, turn: float, speed: float
-) -> None:
-    """Fill in a straight way of the hand from where it is, smooth from rest to rest, without limits."""
+) -> float:
+    """Fill in a straight way of the hand from where it is, smooth from rest to rest, without limits.
+
+    Returns:
+        About how many seconds it takes; nothing is to be done with the way if that is more than `LONGEST_S`.
+    """
     way[:] = 0.0
     way[FROM_X], way[FROM_Z], way[FROM_ANGLE] = arm.hand_pose(handle, state)
     way[TO_X], way[TO_Z], way[TO_ANGLE] = x, z, way[FROM_ANGLE] - turn
@@ -63,12 +70,15 @@ def plan(
     way[WAY_SPEED] = speed
     # In its middle smoothstep is one and a half times as fast as on average.
     seconds = 1.5 * max(resting.length(x - way[FROM_X], z - way[FROM_Z]) / speed, fabs(turn) / arm.MAX_TWIST)
+    if not seconds <= LONGEST_S:
+        return inf
     way[WAY_PERIODS] = max(1.0, ceil(seconds / plane.TICK))
     if state[plane.RAISED] == 0:
         way[WAY_PERIODS] = ceil(way[WAY_PERIODS] / _PERIOD)
     way[LIMIT_METRES] = way[LIMIT_RADIANS] = way[LIMIT_EFFORT] = inf
     way[DIAGONAL] = 1.0
     way[BEGAN_METRES], way[BEGAN_RADIANS] = state[plane.METRES], state[plane.RADIANS]
+    return seconds
 
 
 @chipmunk.compiled

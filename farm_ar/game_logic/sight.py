@@ -9,6 +9,7 @@ import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.game_logic.compiling import compiled
+from farm_ar.geometry.angles import wrap_angle
 from farm_ar.scenes import Camera, Layout
 
 ARM_HEIGHT_M = 0.06
@@ -103,12 +104,7 @@ def look_over(
 @compiled
 def turned_to(eye: FloatArray, dx: float, dz: float) -> float:
     """Angle in [-pi, pi) from a camera's heading to a point so far from it, positive to the right."""
-    angle: float = atan2(dx, dz) - eye[YAW]
-    while angle >= pi:
-        angle -= 2 * pi
-    while angle < -pi:
-        angle += 2 * pi
-    return angle
+    return wrap_angle(atan2(dx, dz) - eye[YAW])
 
 
 @compiled

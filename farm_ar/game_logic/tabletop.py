@@ -9,7 +9,7 @@ from math import inf
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray
-from farm_ar.errors import SceneError
+from farm_ar.errors import OptionError, SceneError
 from farm_ar.game_logic import arm, guiding, nearness, plane, ticking
 from farm_ar.game_logic.arm import HAND_ROOM
 from farm_ar.game_logic.carrying import CARRY_SPEED, Carry, carry
@@ -221,12 +221,18 @@ class Tabletop:
             speed: its highest speed on the way, metres a second.
             record: called after every tick.
             most: how much the buildings may be moved meanwhile. The hand stops before it is more.
+
+        Raises:
+            OptionError: it would be on its way for more than an hour.
         """
         handle, state, box = self.arrays
         if not state[plane.PRESENT]:
             return
         way = np.empty(guiding.WAYS)
-        guiding.plan(handle, state, way, float(position[0]), float(position[1]), float(turn), float(speed))
+        x, z = float(position[0]), float(position[1])
+        seconds = guiding.plan(handle, state, way, x, z, float(turn), float(speed))
+        if not seconds <= guiding.LONGEST_S:
+            raise OptionError("position", f"must be reached within {guiding.LONGEST_S:g} s", (x, z))
         if most is not None:
             way[guiding.LIMIT_METRES : guiding.DIAGONAL + 1] = most.as_row()
         while not way[guiding.WAY_DONE]:

@@ -1,5 +1,6 @@
 """Yaw angles: clockwise seen from above, 0 along +z, a quarter turn along +x."""
 
+import numba
 import numpy as np
 
 from farm_ar.arrays import FloatArray
@@ -20,6 +21,17 @@ def wrap(angle: float | FloatArray) -> FloatArray:
     turned = np.fmod(angle, FULL_TURN)
     turned = np.where(turned >= np.pi, turned - FULL_TURN, turned)
     return np.where(turned < -np.pi, turned + FULL_TURN, turned)
+
+
+@numba.njit(cache=True, nogil=True)
+def wrap_angle(angle: float) -> float:
+    """`wrap` of one angle, radians, for compiled kernels; to the same bits."""
+    turned: float = np.fmod(angle, FULL_TURN)
+    if turned >= np.pi:
+        turned -= FULL_TURN
+    if turned < -np.pi:
+        turned += FULL_TURN
+    return turned
 
 
 def heading(direction: FloatArray) -> FloatArray:

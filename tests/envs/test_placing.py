@@ -47,7 +47,7 @@ def drawing(request, monkeypatch):
     """The kernels that make poses of what was drawn."""
     if request.param == "compiled":
         return poses_nearby, poses_anywhere
-    for name in ("wrapped", "within"):
+    for name in ("wrap_angle", "within"):
         monkeypatch.setattr(placing, name, getattr(placing, name).py_func)
     return poses_nearby.py_func, poses_anywhere.py_func
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from farm_ar.errors import SceneError
+from farm_ar.errors import OptionError, SceneError
 from farm_ar.game_logic.farm_game import HAND_AWAY_S, FarmGame, Phase
 from farm_ar.game_logic.headset import FIELDS_OF_VIEW, look_at
 from farm_ar.geometry import inside_footprint
@@ -301,3 +301,11 @@ def test_what_stands_elsewhere_at_once_strands_its_animals_until_a_snapshot_sees
     stranded = game.counters.stranded[yellow]
     game.play(10.0)
     assert game.counters.stranded[yellow] == stranded
+
+
+@pytest.mark.parametrize("seconds", [-1.0, 1e308, np.nan])
+def test_time_and_animals_have_limits(seconds):
+    with pytest.raises(OptionError, match="seconds"):
+        new_game().play(seconds)
+    with pytest.raises(OptionError, match="animals_a_second"):
+        new_game(animals_a_second=seconds)

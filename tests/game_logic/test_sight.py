@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numba.core.dispatcher import Dispatcher
 
 from farm_ar.game_logic import sight
-from farm_ar.geometry import bearing, in_vertical_view, in_view
+from farm_ar.geometry import bearing, in_vertical_view, in_view, wrap
 from farm_ar.scenes import Camera, FieldOfView, Layout, visible
 
 COMPILED = {name: value for name, value in vars(sight).items() if isinstance(value, Dispatcher)}
@@ -49,6 +49,16 @@ def cameras(fov: st.SearchStrategy[FieldOfView]) -> st.SearchStrategy[Camera]:
 def test_a_point_is_seen_where_the_layouts_are(camera: Camera, place: tuple[float, float]) -> None:
     pivot = Layout(("a",), ("coop",), np.array([place]), np.zeros(1), np.ones((1, 3)))
     assert sight.in_sight(sight.eye_of(camera), place[0], 0.0, place[1]) == visible(pivot, camera)[0]
+
+
+@pytest.mark.parametrize("yaw", [1e9, -1e9, 1e20])
+def test_a_camera_that_has_turned_many_times_sees_what_one_does_that_has_not(yaw: float) -> None:
+    fov = FieldOfView.symmetric(2.0, 3.0)
+    turned, same = (sight.eye_of(Camera(np.zeros(2), angle, fov)) for angle in (yaw, wrap(yaw)))
+    for x, z in np.random.default_rng(0).uniform(-1, 1, (50, 2)):
+        assert sight.turned_to(turned, x, z) == pytest.approx(wrap(np.arctan2(x, z) - yaw), abs=1e-12)
+        if yaw < 1e15:  # beyond, adding a bearing rounds to whole turns
+            assert sight.in_sight(turned, x, 0.0, z) == sight.in_sight(same, x, 0.0, z)
 
 
 def arm(hand: tuple[float, float], count: int) -> np.ndarray:

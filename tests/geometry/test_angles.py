@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from farm_ar.geometry import direction, heading, wrap
+from farm_ar.geometry.angles import wrap_angle
 
 angles = st.floats(-1000, 1000)
 
@@ -20,6 +21,12 @@ def test_wrapping_gives_the_same_direction_in_the_half_open_turn(angle: float) -
 @given(st.floats(-math.pi, math.pi, exclude_max=True))
 def test_an_angle_in_the_turn_is_left_exactly_as_it_is(angle: float) -> None:
     assert float(wrap(angle)) == angle
+
+
+@given(angles | st.floats(allow_nan=False, allow_infinity=False))
+def test_kernels_wrap_to_the_same_bits(angle: float) -> None:
+    for one in (wrap_angle, wrap_angle.py_func):  # type: ignore[attr-defined]
+        assert float(one(angle)) == float(wrap(angle))
 
 
 @pytest.mark.parametrize(
