@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-import numba
 import numpy as np
 
 from farm_ar.agents.attacks.validity import outside_by, overlap_depth
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.errors import OptionError
 from farm_ar.geometry import wrap
+from farm_ar.kernels import compiled
 from farm_ar.scenes import Layout, Scene
 
 GAP_M = 0.01
@@ -138,7 +138,7 @@ def design(
     return best
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _nearness(
     i: int,
     position: FloatArray,
@@ -167,7 +167,7 @@ def _nearness(
     return near, broken
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _spread_out(
     position: FloatArray,
     yaw: FloatArray,

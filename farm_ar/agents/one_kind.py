@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
+from farm_ar.kernels import compiled
 from farm_ar.reid.kernels import assign_most
 from farm_ar.reid.margins import find_margins
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def identify_kind(
     code: int,
     category: IntArray,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.game_logic import sight
-from farm_ar.game_logic.compiling import compiled
+from farm_ar.kernels import compiled
 
 OBJECT, KIND, FIXED, RIVALS = range(4)
 """Columns of the objects as they are met: their number, their kind, whether they never move; from there on

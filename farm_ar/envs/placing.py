@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.geometry.angles import wrap_angle
+from farm_ar.kernels import compiled
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def place_in_turn(
     turns: IntArray,
     tries: FloatArray,
@@ -62,13 +62,13 @@ def place_in_turn(
     return True
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def within(value: float, low: float, high: float) -> float:
     """The value, or the limit that it is beyond."""
     return min(max(value, low), high)
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def poses_nearby(
     turns: IntArray,
     drawn: FloatArray,
@@ -109,7 +109,7 @@ def poses_nearby(
     return pose
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def poses_anywhere(
     turns: IntArray, drawn: FloatArray, edge: FloatArray, room: FloatArray, limit: float
 ) -> FloatArray:
@@ -129,7 +129,7 @@ def poses_anywhere(
     return pose
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def boxes_overlap(
     dx: float, dz: float, yaw: float, other_yaw: float, half: FloatArray, other_half: FloatArray
 ) -> bool:

@@ -11,8 +11,8 @@ import numpy.typing as npt
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.envs.meeting import FIXED, KIND, OBJECT, RIVALS, introduce
 from farm_ar.game_logic import sight
-from farm_ar.game_logic.compiling import compiled
 from farm_ar.geometry.angles import wrap_angle
+from farm_ar.kernels import compiled
 from farm_ar.reid import dimension_cost
 from farm_ar.reid.kernels import assign
 from farm_ar.reid.margins import find_margins

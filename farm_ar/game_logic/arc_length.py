@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from farm_ar.arrays import FloatArray
-from farm_ar.game_logic.compiling import compiled
+from farm_ar.kernels import compiled
 
 KNOTS = 64
 """Entries of a table of arc length: room for some even steps and for many where a curve nearly stops."""

@@ -30,7 +30,7 @@ from numba.core.typing import templates
 from numba.extending import lower_builtin
 from pymunk._chipmunk_cffi import ffi, lib
 
-from farm_ar.game_logic import compiling
+from farm_ar import kernels
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -47,7 +47,7 @@ _BROKEN = {"pointer": 0, "int": 0, "struct cpShapeFilter": 0, "double": 1, "stru
 
 def compiled(function: Function) -> Function:
     """The function, compiled if what it calls can be called from compiled code."""
-    return compiling.compiled(function) if BRIDGED else function
+    return kernels.compiled(function) if BRIDGED else function
 
 
 def address(thing: Any) -> int:
@@ -135,7 +135,7 @@ def _declare(call: Callable[..., Any], symbol: str, takes: list[str], returns: s
     lowering(call, *arguments)(lower)
 
 
-@compiling.compiled
+@kernels.compiled
 def touches(categories: int, others: int) -> int:
     """A filter's second half: what a shape is, and which others it collides with (-1 for any), as bits."""
     return categories | others << 32

@@ -7,7 +7,7 @@ import numpy as np
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.game_logic import arc_length, entering
 from farm_ar.game_logic.arc_length import Polynomial
-from farm_ar.game_logic.compiling import compiled
+from farm_ar.kernels import compiled
 
 LANE = 11
 """Columns of a lane: label, building where it ends, length up to there, control points."""

@@ -10,7 +10,7 @@ import numpy as np
 from farm_ar.arrays import BoolArray, FloatArray
 from farm_ar.game_logic import arc_length
 from farm_ar.game_logic.arc_length import Polynomial
-from farm_ar.game_logic.compiling import compiled
+from farm_ar.kernels import compiled
 
 NOWHERE = -1
 """In place of a building: inside nothing."""

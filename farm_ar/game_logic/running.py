@@ -6,7 +6,7 @@ import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.game_logic import arc_length, entering
-from farm_ar.game_logic.compiling import compiled
+from farm_ar.kernels import compiled
 
 SLOT, DUE, TURN = range(3)
 """Columns of a queue of animals: the row of what is known of one; when it arrives, seconds, kept here because

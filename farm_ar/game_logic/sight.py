@@ -8,8 +8,8 @@ from math import atan2, cos, pi, sin, sqrt, tan
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
-from farm_ar.game_logic.compiling import compiled
 from farm_ar.geometry.angles import wrap_angle
+from farm_ar.kernels import compiled
 from farm_ar.scenes import Camera, Layout
 
 ARM_HEIGHT_M = 0.06

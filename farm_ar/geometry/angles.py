@@ -1,9 +1,9 @@
 """Yaw angles: clockwise seen from above, 0 along +z, a quarter turn along +x."""
 
-import numba
 import numpy as np
 
 from farm_ar.arrays import FloatArray
+from farm_ar.kernels import compiled
 
 FULL_TURN = 2 * np.pi
 
@@ -23,7 +23,7 @@ def wrap(angle: float | FloatArray) -> FloatArray:
     return np.where(turned < -np.pi, turned + FULL_TURN, turned)
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def wrap_angle(angle: float) -> float:
     """`wrap` of one angle, radians, for compiled kernels; to the same bits."""
     turned: float = np.fmod(angle, FULL_TURN)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.geometry import wrap
+from farm_ar.kernels import compiled
 
 POSITION_SDS = (0.003, 0.01, 0.03, 0.1)
 """SDs of detected places that are tried, as shares of the typical distance to the nearest other detection."""
@@ -94,7 +94,7 @@ def _renumbered(object_of: IntArray) -> IntArray:
     return rank
 
 
-_compile = numba.njit(cache=True, nogil=True, error_model="numpy")
+_compile = compiled(error_model="numpy")
 
 
 @_compile

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
+from farm_ar.kernels import compiled
 from farm_ar.reid.margins import find_margins
 from farm_ar.reid.pruning import SUM_TOLERANCE
 from farm_ar.scenes import UNKNOWN
@@ -97,10 +97,7 @@ class Answer(NamedTuple):
     runner_up: IntArray
 
 
-_compile = numba.njit(cache=True, nogil=True)
-
-
-@_compile
+@compiled
 def assign(cost: FloatArray, column_of: IntArray, row_dual: FloatArray, column_dual: FloatArray) -> None:
     """Give each of n rows a column of its own, n <= m, so that the costs sum to the least.
 
@@ -174,7 +171,7 @@ def assign(cost: FloatArray, column_of: IntArray, row_dual: FloatArray, column_d
                 break
 
 
-@_compile
+@compiled
 def assign_most(cost: FloatArray, column_of: IntArray, row_dual: FloatArray, column_dual: FloatArray) -> None:
     """`assign` for any n and m, and costs that need not be finite: as many rows as possible get a column.
 
@@ -208,7 +205,7 @@ def assign_most(cost: FloatArray, column_of: IntArray, row_dual: FloatArray, col
             column_of[i] = UNKNOWN
 
 
-@_compile
+@compiled
 def sites_kept(camera: FloatArray, sites: FloatArray, threshold: float, order: IntArray) -> int:
     """What `sites_by_probability` says of one camera: how many sites the threshold keeps.
 
@@ -240,7 +237,7 @@ def sites_kept(camera: FloatArray, sites: FloatArray, threshold: float, order: I
     return kept
 
 
-@_compile
+@compiled
 def enough(detected: IntArray, offered: IntArray, gate: bool) -> bool:
     """Whether every detection can have a label of its own.
 
@@ -256,7 +253,7 @@ def enough(detected: IntArray, offered: IntArray, gate: bool) -> bool:
     return bool(detected.sum() <= offered.sum())
 
 
-@_compile
+@compiled
 def choose_candidates(
     known: Known, b: int, detected: IntArray, gate: bool, rank: IntArray, kept: int, chosen: IntArray
 ) -> tuple[int, bool]:
@@ -289,7 +286,7 @@ def choose_candidates(
         sites += 1
 
 
-@_compile
+@compiled
 def fill_costs(
     seen: Seen, known: Known, rule: Rule, b: int, half_turn: FloatArray, chosen: IntArray, cost: FloatArray
 ) -> None:
@@ -328,7 +325,7 @@ def fill_costs(
                 cost[row, k] = np.inf
 
 
-@_compile
+@compiled
 def fill_margins(
     seen: Seen, b: int, cost: FloatArray, column_of: IntArray, chosen: IntArray, answer: Answer
 ) -> None:
@@ -351,7 +348,7 @@ def fill_margins(
                 answer.runner_up[b, i] = chosen[other[row]]
 
 
-@_compile
+@compiled
 def identify_batch(seen: Seen, known: Known, rule: Rule, answer: Answer) -> None:
     """Identify B snapshots: prune (Eq. 3), costs (Eqs. 4 to 7), assignment (Eq. 8). Fills the answer."""
     b_total, k_max = seen.yaw.shape

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 
-import numba
-
 from farm_ar.arrays import FloatArray
+from farm_ar.kernels import compiled
 from farm_ar.reid.likelihood_records import Detecting, Eyes, Found, Labels, Models, View
 from farm_ar.reid.motion_models import WALL
 
 ROOT_TWO_PI = math.sqrt(2 * math.pi)
 
-_compile = numba.njit(cache=True, nogil=True, error_model="numpy")
+_compile = compiled(error_model="numpy")
 
 
 @_compile

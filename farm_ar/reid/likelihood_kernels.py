@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray
+from farm_ar.kernels import compiled
 from farm_ar.reid.kernels import assign
 from farm_ar.reid.likelihood_densities import (
     heading_density,
@@ -42,7 +42,7 @@ WORK = 2e6
 LEAST_NONE = 1e-12
 """Expected detections of what has no label, where none are expected: so that every snapshot has an answer."""
 
-_compile = numba.njit(cache=True, nogil=True, error_model="numpy")
+_compile = compiled(error_model="numpy")
 
 
 @_compile

@@ -12,10 +12,10 @@ are seen.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray
+from farm_ar.kernels import compiled
 
 MOST_EXACT = 12
 """Detections, of one component, up to which marginals are exact."""
@@ -23,7 +23,7 @@ MOST_EXACT = 12
 NEGLIGIBLE = 1e-12
 """Share of a detection's largest weight below which a label is as good as impossible."""
 
-_compile = numba.njit(cache=True, nogil=True, error_model="numpy")
+_compile = compiled(error_model="numpy")
 
 
 def association_marginals(

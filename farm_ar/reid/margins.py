@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray
+from farm_ar.kernels import compiled
 from farm_ar.scenes import UNKNOWN
 
 
@@ -38,7 +38,7 @@ def margins_and_runners_up(cost: FloatArray, column: IntArray) -> tuple[FloatArr
     return result, other
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def find_margins(cost: FloatArray, column: IntArray) -> tuple[FloatArray, IntArray]:
     """`margins_and_runners_up`, compiled.
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 
-SUM_TOLERANCE = 1e-12  # compiled into kernels.py too, whose cache on disk does not notice a change here
+SUM_TOLERANCE = 1e-12
 """By how much rounding may keep a sum of probabilities below a threshold that it reaches."""
 
 

@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import math
 
-import numba
-
 from farm_ar.arrays import FloatArray
+from farm_ar.kernels import compiled
 
-_compile = numba.njit(cache=True, nogil=True, error_model="numpy")
+_compile = compiled(error_model="numpy")
 
 
 @_compile

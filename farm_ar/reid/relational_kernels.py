@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray
+from farm_ar.kernels import compiled
 from farm_ar.reid.likelihood_densities import (
     heading_density,
     likeness,
@@ -40,7 +40,7 @@ MOST_SEEDS = 500
 STILL = 1e-3
 """Metres and radians by which a motion that is found may still change."""
 
-_compile = numba.njit(cache=True, nogil=True, error_model="numpy")
+_compile = compiled(error_model="numpy")
 
 
 @_compile

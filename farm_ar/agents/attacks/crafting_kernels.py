@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from farm_ar.agents.attacks.validity import outside_by, overlap_depth
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
+from farm_ar.kernels import compiled
 
 GAIN = 1e-6
 """By how much the error is to be the better answer, in cost; and how far inside its limits all is to stay."""
@@ -55,7 +55,7 @@ class Room(NamedTuple):
     stretch: FloatArray
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def cost_of_label(room: Room, x: float, z: float, yaw: float, i: int, j: int) -> float:
     """What object i costs in a pose as the label of object j."""
     dx, dz = x - room.home[j, 0], z - room.home[j, 1]
@@ -64,7 +64,7 @@ def cost_of_label(room: Room, x: float, z: float, yaw: float, i: int, j: int) ->
     return float(room.stretch[i, j] * (way + turned))
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def beyond_view(room: Room, x: float, z: float) -> float:
     """How far a place is out of view, metres; negative in view."""
     beyond = np.hypot(x - room.eye[0], z - room.eye[1]) - room.reach
@@ -73,7 +73,7 @@ def beyond_view(room: Room, x: float, z: float) -> float:
     return float(beyond)
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def violation(
     room: Room,
     chain: IntArray,
@@ -107,7 +107,7 @@ def violation(
     return max(0.0, GAIN - gain) / room.rate + metres / room.diagonal
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def effort_in(room: Room, movers: IntArray, position: FloatArray, yaw: FloatArray) -> float:
     """D with weights 1, summed over the movers."""
     total = 0.0
@@ -118,7 +118,7 @@ def effort_in(room: Room, movers: IntArray, position: FloatArray, yaw: FloatArra
     return total
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def evolve(
     room: Room,
     chain: IntArray,

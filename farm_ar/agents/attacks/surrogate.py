@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from farm_ar.agents.attacks.trial import Trial
 from farm_ar.agents.cases import Case
 from farm_ar.agents.one_kind import identify_kind
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
+from farm_ar.kernels import compiled
 from farm_ar.reid import LastKnownReid, NearestReid, SpatialReid, dimension_cost
 from farm_ar.scenes import Weights, visible
 
@@ -98,7 +98,7 @@ def _looked_at(
     return result
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _look(
     position: FloatArray,
     yaw: FloatArray,

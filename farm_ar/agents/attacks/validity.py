@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray
+from farm_ar.kernels import compiled
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def overlap_depth(
     dx: float, dz: float, yaw: float, other_yaw: float, half: FloatArray, other_half: FloatArray
 ) -> float:
@@ -34,7 +34,7 @@ def overlap_depth(
     return float(min(a, b, c, d))
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def outside_by(
     x: float, z: float, yaw: float, half: FloatArray, width: float, depth: float, whole: bool
 ) -> float:
@@ -48,7 +48,7 @@ def outside_by(
     return max(beyond_x, beyond_z, 0.0)
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def settle(
     position: FloatArray,
     yaw: FloatArray,
@@ -92,7 +92,7 @@ def settle(
                 yaw[b, i] = before_yaw[i]
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def are_valid(
     position: FloatArray,
     yaw: FloatArray,

@@ -5,10 +5,10 @@ Polygons are (V, 2), counter-clockwise; one without vertices is empty, and what 
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from farm_ar.arrays import FloatArray
+from farm_ar.kernels import compiled
 
 SLACK = 1e-12
 """By how much rounding may make a condition seem to fail; bounds stay bounds, being a little lower."""
@@ -16,10 +16,8 @@ SLACK = 1e-12
 TOUCHING = 1e-7
 """Metres by which a place may miss the condition: what rounding does to a root where an edge just touches."""
 
-_compile = numba.njit(cache=True, nogil=True)
 
-
-@_compile
+@compiled
 def holds(polygon: FloatArray, x: float, z: float) -> bool:
     """Whether a convex polygon holds a point, its edges included."""
     n = len(polygon)
@@ -31,7 +29,7 @@ def holds(polygon: FloatArray, x: float, z: float) -> bool:
     return n > 2
 
 
-@_compile
+@compiled
 def advance_distance(polygon: FloatArray, home: FloatArray, goal: FloatArray, ahead: float) -> float:
     """How far from `home` one must go, within a polygon, to be nearer to `goal` than to `home` by `ahead`.
 
@@ -88,7 +86,7 @@ def advance_distance(polygon: FloatArray, home: FloatArray, goal: FloatArray, ah
     return best
 
 
-@_compile
+@compiled
 def _roots(a: float, b: float, c: float) -> tuple[float, float]:
     """The real roots of a s^2 + b s + c; NaN for those that are none."""
     scale = max(abs(a), abs(b), abs(c))
@@ -104,7 +102,7 @@ def _roots(a: float, b: float, c: float) -> tuple[float, float]:
     return half / a, c / half if half != 0 else np.nan
 
 
-@_compile
+@compiled
 def detour(polygon: FloatArray, home: FloatArray, goal: FloatArray) -> float:
     """The least sum of the distances to `home` and to `goal` of a place in a polygon, metres.
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from farm_ar.agents.certificates.nearest import advance_distance
 from farm_ar.arrays import FloatArray
+from farm_ar.kernels import compiled
 
 PARTS = 24
 """Into how many parts the range of turns is cut; the parts that matter once more into as many."""
@@ -40,7 +40,7 @@ class Mover(NamedTuple):
     clear: float
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def turn_gain(turned: float, between: float) -> float:
     """How much nearer a turn brings to another heading than it leads away: r - sin((theta - a) / 2).
 
@@ -52,7 +52,7 @@ def turn_gain(turned: float, between: float) -> float:
     return float(nearer)
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def effort_at(mover: Mover, ahead: float, clear: float) -> float:
     """Effort of the ways alone, when the way has to win `ahead` (a share of the diagonal).
 
@@ -64,7 +64,7 @@ def effort_at(mover: Mover, ahead: float, clear: float) -> float:
     return max(metres / mover.diagonal + mover.leaving, clear / mover.diagonal + ahead)
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def single_mover(mover: Mover) -> float:
     """A lower bound of the effort after which one object is as near, in cost, to a label as to its own.
 
@@ -88,7 +88,7 @@ def single_mover(mover: Mover) -> float:
     return best
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _way(mover: Mover, turned: float) -> float:
     """The ways' effort after a turn of sin(a / 2) = `turned`."""
     missing = -mover.turn_weight * turn_gain(turned, mover.between)
@@ -99,7 +99,7 @@ def _way(mover: Mover, turned: float) -> float:
     return effort_at(mover, -1e9, 0.0)
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _least_of_parts(mover: Mover, low: float, high: float) -> float:
     """The least bound of the parts of one range of turns."""
     best = np.inf

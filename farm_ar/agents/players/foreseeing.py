@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from farm_ar.agents.one_kind import identify_kind
@@ -12,6 +11,7 @@ from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.envs.farm_to_table import FarmToTableEnv
 from farm_ar.envs.moves import Move
 from farm_ar.envs.table import TableView
+from farm_ar.kernels import compiled
 from farm_ar.scenes import visible
 
 CLEAR_MARGIN = 0.3
@@ -76,7 +76,7 @@ def effort_of(view: TableView, moves: list[Move]) -> float:
     return metres / view.scene.diagonal + sum(abs(move.turn) for move in moves) / float(np.pi)
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _foresee(
     position: FloatArray,
     yaw: FloatArray,

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from farm_ar.agents.one_kind import identify_kind
 from farm_ar.agents.players.foreseeing import CLEAR_MARGIN
 from farm_ar.agents.players.plan_steps import SHARES, Allowance, Eye, Table, Terms, is_clear, sees, target
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
+from farm_ar.kernels import compiled
 
 AMBIGUITY_SHARE = 0.5
 """What a unit of ambiguity is worth beside a wrong label while a plan is unfinished."""
@@ -23,10 +23,7 @@ GRAIN = 1e6
 """Poses are told apart to one part in so many of a metre or a radian."""
 
 
-_compile = numba.njit(cache=True, nogil=True)
-
-
-@_compile
+@compiled
 def search(
     table: Table, eye: Eye, terms: Terms, allowed: Allowance, beam: int, steps: IntArray, worth: FloatArray
 ) -> int:
@@ -139,7 +136,7 @@ def search(
     return length
 
 
-@_compile
+@compiled
 def _credit(
     worth: FloatArray,
     way: IntArray,
@@ -168,7 +165,7 @@ def _credit(
             worth[i, j, share] = gain
 
 
-@_compile
+@compiled
 def _can_begin(table: Table, terms: Terms, allowed: Allowance, way: IntArray, k: int) -> bool:
     """Whether a plan comes to the same if its step number k is done first."""
     place, yaw, length = table.position.copy(), table.yaw.copy(), np.empty((len(way), 2))
@@ -191,7 +188,7 @@ def _can_begin(table: Table, terms: Terms, allowed: Allowance, way: IntArray, k:
     return True
 
 
-@_compile
+@compiled
 def _judge(
     code: int, table: Table, terms: Terms, seen: BoolArray, position: FloatArray, yaw: FloatArray
 ) -> tuple[int, float]:
@@ -218,19 +215,19 @@ def _judge(
     return wrong, doubt
 
 
-@_compile
+@compiled
 def _among(ways: IntArray, i: int) -> bool:
     return bool(np.any(ways[:, 0] == i))
 
 
-@_compile
+@compiled
 def _posed(i: int, x: float, z: float, heading: float) -> int:
     """Likewise for an object in a pose."""
     place = _mixed(int(x * GRAIN)) ^ _mixed(int(z * GRAIN) + 1)
     return _mixed(place ^ _mixed(int(heading * GRAIN) + i))
 
 
-@_compile
+@compiled
 def _mixed(number: int) -> int:
     """A number whose sums over sets of steps are hardly ever equal for different sets."""
     mixed = np.uint64(number + 1) * np.uint64(0x9E3779B97F4A7C15)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.envs.actions import SlotAction
 from farm_ar.envs.placing import boxes_overlap
+from farm_ar.kernels import compiled
 
 WAY_POINTS = 6
 """At how many places of its way an object must not stand in another."""
@@ -18,8 +18,6 @@ SHARES = np.array(SlotAction.SHARES)
 """How far an object may go of its way to a label's place."""
 
 FULL_TURN = 2 * np.pi
-
-_compile = numba.njit(cache=True, nogil=True)
 
 
 class Table(NamedTuple):
@@ -107,7 +105,7 @@ class Allowance(NamedTuple):
     moves: int
 
 
-@_compile
+@compiled
 def sees(eye: Eye, x: float, z: float, height: float) -> bool:
     """Whether a camera sees a point, as `farm_ar.scenes.visible` says it."""
     dx, dz = x - eye.x, z - eye.z
@@ -128,7 +126,7 @@ def sees(eye: Eye, x: float, z: float, height: float) -> bool:
     return (away == 0.0 and up == 0.0) or (forward > 0.0 and -eye.down <= steep <= eye.up)
 
 
-@_compile
+@compiled
 def target(
     table: Table, terms: Terms, allowed: Allowance, spent: FloatArray, i: int, j: int, share: int
 ) -> tuple[float, float, float, float, float]:
@@ -153,7 +151,7 @@ def target(
     )
 
 
-@_compile
+@compiled
 def _possible(value: float, reach: float, levels: int) -> float:
     """What an action can ask for in place of a value."""
     value = min(max(value, -reach), reach)
@@ -163,13 +161,13 @@ def _possible(value: float, reach: float, levels: int) -> float:
     return np.ceil((value + reach) / apart - 0.5) * apart - reach  # type: ignore[no-any-return]
 
 
-@_compile
+@compiled
 def _scale(left: float, asked: float) -> float:
     left = max(left, 0.0)
     return left / asked if asked > left else 1.0
 
 
-@_compile
+@compiled
 def is_clear(
     table: Table, terms: Terms, place: FloatArray, yaw: FloatArray, i: int, x: float, z: float, heading: float
 ) -> bool:

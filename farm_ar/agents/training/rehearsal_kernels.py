@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
+from farm_ar.kernels import compiled
 from farm_ar.reid.kernels import assign_most
 from farm_ar.reid.margins import find_margins
 
@@ -17,10 +17,8 @@ TOUCH_M = 1e-9
 ROUNDS = 4
 """How often what was pushed may push on; where there is no room then, the hand is held up."""
 
-_compile = numba.njit(cache=True, nogil=True)
 
-
-@_compile
+@compiled
 def carry_all(
     which: IntArray,
     shift: FloatArray,
@@ -74,7 +72,7 @@ def carry_all(
         moved[b, 1] += abs(turn[b])
 
 
-@_compile
+@compiled
 def _make_room(
     place: FloatArray,
     yaw: FloatArray,
@@ -126,7 +124,7 @@ def _make_room(
     return False
 
 
-@_compile
+@compiled
 def _push_out(
     place: FloatArray, a: int, middle: FloatArray, yaw: float, half: FloatArray, radius: float
 ) -> bool:
@@ -151,7 +149,7 @@ def _push_out(
     return True
 
 
-@_compile
+@compiled
 def assess_all(
     position: FloatArray,
     yaw: FloatArray,

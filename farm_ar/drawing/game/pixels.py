@@ -5,17 +5,17 @@ All in whole numbers, so that the same picture has the same bytes everywhere.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
 from farm_ar.arrays import FloatArray, IntArray
+from farm_ar.kernels import compiled
 
 Bytes = npt.NDArray[np.uint8]
 Distances = npt.NDArray[np.float32]
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def paste(image: Bytes, sprite: Bytes, left: int, top: int) -> None:
     """Put a sprite, (h, w, 4), its colours multiplied by its opacity, on a picture (H, W, 3).
 
@@ -29,7 +29,7 @@ def paste(image: Bytes, sprite: Bytes, left: int, top: int) -> None:
             _mix_pixel(below, 3 * (left + column), above, 4 * column)
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@compiled(inline="always")
 def _mix_pixel(below: Bytes, at: int, above: Bytes, start: int) -> None:
     """Put one pixel of four bytes on one of three."""
     # Unsigned places spare the question whether they are counted from the end.
@@ -47,7 +47,7 @@ def _mix_pixel(below: Bytes, at: int, above: Bytes, start: int) -> None:
         below[b + c] = np.uint8(mixed)
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def cover(image: Bytes, kept: Bytes, added: Bytes) -> None:
     """Keep `kept` / 256 of each value of a picture and add `added`; all of one shape and contiguous."""
     values, parts, more = image.reshape(-1), kept.reshape(-1), added.reshape(-1)
@@ -57,14 +57,14 @@ def cover(image: Bytes, kept: Bytes, added: Bytes) -> None:
         )
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _mix(values: Bytes, added: npt.NDArray[np.uint16], kept: int) -> None:
     """Keep `kept` / 256 of values and add `added` / 256."""
     for i in range(values.size):
         values[i] = np.uint8((np.uint16(values[i]) * np.uint16(kept) + added[i]) >> np.uint16(8))
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def mix_area(image: Bytes, points: FloatArray, red: int, green: int, blue: int, part: int) -> None:
     """Mix `part` / 256 of a colour into the polygon (V, 2) of a picture, corners in pixels, even-odd."""
     height, width, corners = image.shape[0], image.shape[1], len(points)
@@ -94,7 +94,7 @@ def mix_area(image: Bytes, points: FloatArray, red: int, green: int, blue: int, 
                 _mix(values[3 * begin : 3 * end], added[3 * begin : 3 * end], 256 - part)
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def paste_all(image: Bytes, store: Bytes, sprite: IntArray, corner: IntArray) -> None:
     """Put sprites on a picture (H, W, 3), one after the other.
 
@@ -111,7 +111,7 @@ def paste_all(image: Bytes, store: Bytes, sprite: IntArray, corner: IntArray) ->
         )
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def paste_in_space(
     image: Bytes,
     away: Distances,
