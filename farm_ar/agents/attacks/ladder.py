@@ -31,5 +31,6 @@ def ladder(trial: Trial, rng: np.random.Generator) -> None:
     for (attack, share), own in zip(RUNGS, generators, strict=False):
         trial.queries = min(whole, trial.asked + max(1, int(share * whole)))
         attack(trial, own)
+        trial.refused = 0  # what one attack cannot move, another may
     trial.queries = whole
     refine(trial, generators[-1])

@@ -17,6 +17,9 @@ from farm_ar.scenes import observe_many
 WRONG_BINS, EFFORT_BINS = 12, 24
 """Cells of the map of failures: number of wrong labels (the last also more) by share of the budget."""
 
+PATIENCE = 5000
+"""Perturbations in a row that are not allowed, after which an attack ends: next to nothing can be moved."""
+
 NOT_ASKED = -1
 """In place of a number of wrong labels: the perturbation is not allowed, or no query was left."""
 
@@ -58,6 +61,8 @@ class Trial:
         cheapest: the failure with the least effort.
         worst: the failure with the most wrong labels; of those with equally many the cheapest.
         cells: (WRONG_BINS, EFFORT_BINS) failures found, by wrong labels and effort.
+        refused: perturbations in a row that were not allowed.
+        stuck: whether an attack has ended for that.
     """
 
     case: Case
@@ -68,11 +73,13 @@ class Trial:
     cheapest: Failure | None = None
     worst: Failure | None = None
     cells: IntArray = field(default_factory=lambda: np.zeros((WRONG_BINS, EFFORT_BINS), dtype=np.int64))
+    refused: int = 0
+    stuck: bool = False
 
     @property
     def left(self) -> int:
-        """Queries left."""
-        return self.queries - self.asked
+        """Queries left; none once `PATIENCE` perturbations in a row were not allowed."""
+        return 0 if self.refused >= PATIENCE else self.queries - self.asked
 
     @property
     def least(self) -> float:
@@ -111,6 +118,8 @@ class Trial:
             result[chosen] = wrong_labels(self.case, self.reid, position[chosen], yaw[chosen])
             self._note(position[chosen], yaw[chosen], result[chosen])
             self.asked += len(chosen)
+        self.refused = 0 if chosen.size else self.refused + len(yaw)
+        self.stuck |= self.refused >= PATIENCE
         return result
 
     def _note(self, position: FloatArray, yaw: FloatArray, wrong: IntArray) -> None:
