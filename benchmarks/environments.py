@@ -5,7 +5,7 @@ environments are timed:
 
     python benchmarks/environments.py [rounds] [--write]
 
-`--write` puts the tables into docs/speed-environments.md. LunarLander needs: pip install 'farm-ar[bench]'
+`--write` puts the tables into docs/speed-environments.md. LunarLander needs: pip install '.[bench]'
 """
 
 from __future__ import annotations
@@ -191,7 +191,7 @@ def measure(cases: list[Case], rounds: int) -> list[Case]:
         try:
             case.record()
         except gym.error.DependencyNotInstalled:
-            print(f"({case.name} is left out: pip install 'farm-ar[bench]')")
+            print(f"({case.name} is left out: pip install '.[bench]')")
             continue
         kept.append(case)
     for _ in range(rounds):

@@ -4,7 +4,7 @@
 
 Prints the tables; with --write also makes docs/speed-rendering.md of them. Processor time on one core, of the
 pictures alone: what the environments do between two of them is not counted. LunarLander needs:
-pip install 'farm-ar[bench]'
+pip install '.[bench]'
 """
 
 from __future__ import annotations
@@ -196,7 +196,7 @@ def table(title: str, cases: dict[str, Case], seconds: float) -> str:
     try:
         cases = {YARDSTICK: in_environment(YARDSTICK, random_action)} | cases
     except gym.error.DependencyNotInstalled:
-        print(f"({YARDSTICK} is left out: pip install 'farm-ar[bench]')")
+        print(f"({YARDSTICK} is left out: pip install '.[bench]')")
     speeds = frames_a_second(cases, seconds)
     yard = speeds.get(YARDSTICK)
     lines = [f"| {title} | frames/s | by {YARDSTICK} |", "|---|---:|---:|"]

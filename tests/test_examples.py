@@ -1,4 +1,4 @@
-"""Every example runs as it stands, from any folder, within a minute."""
+"""Every example runs as it stands, from any folder, within a minute (train_adversary.py: tests/envs)."""
 
 import subprocess
 import sys
@@ -9,7 +9,11 @@ import pytest
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
 
-@pytest.mark.parametrize("example", sorted(EXAMPLES.glob("*.py")), ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "example",
+    sorted(set(EXAMPLES.glob("*.py")) - {EXAMPLES / "train_adversary.py"}),
+    ids=lambda path: path.stem,
+)
 def test_an_example_runs_and_tells_something(example, tmp_path):
     result = subprocess.run(
         [sys.executable, "-W", "error", str(example)],

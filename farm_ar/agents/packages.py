@@ -18,4 +18,7 @@ def package(name: str) -> Any:
         return import_module(name)
     except ImportError as problem:
         top = name.partition(".")[0]
-        raise MissingPackageError(f"this needs {top}: pip install 'farm-ar[train]'") from problem
+        expected = (
+            f"this needs {top}: install the extra train (in the project's folder: pip install '.[train]')"
+        )
+        raise MissingPackageError(expected) from problem

@@ -8,8 +8,8 @@ import pytest
 from farm_ar.cli.train import arguments
 from farm_ar.errors import OptionError
 
-pytest.importorskip("stable_baselines3", reason="pip install 'farm-ar[train]'")
-pytest.importorskip("sb3_contrib", reason="pip install 'farm-ar[train]'")
+pytest.importorskip("stable_baselines3", reason="pip install '.[train]'")
+pytest.importorskip("sb3_contrib", reason="pip install '.[train]'")
 
 RECIPE = """
 FarmToTable-v0:

@@ -19,5 +19,5 @@ def need_training() -> None:
         try:
             importlib.import_module(package)
         except ImportError as problem:
-            expected = f"training needs {package}: pip install 'farm-ar[train]'"
-            raise MissingPackageError(expected) from problem
+            way = "install the extra train (in the project's folder: pip install '.[train]')"
+            raise MissingPackageError(f"training needs {package}: {way}") from problem

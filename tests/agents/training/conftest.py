@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 import pytest
 
-pytest.importorskip("stable_baselines3", reason="pip install 'farm-ar[train]'")
-pytest.importorskip("sb3_contrib", reason="pip install 'farm-ar[train]'")
+pytest.importorskip("stable_baselines3", reason="pip install '.[train]'")
+pytest.importorskip("sb3_contrib", reason="pip install '.[train]'")
 
 import torch
 

@@ -2,7 +2,7 @@ import copy
 
 import pytest
 
-torch = pytest.importorskip("torch", reason="pip install 'farm-ar[train]'")
+torch = pytest.importorskip("torch", reason="pip install '.[train]'")
 
 from farm_ar.agents.training.muon_adam import ADAM_SHARE, MuonAdam  # noqa: E402
 
