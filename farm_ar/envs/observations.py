@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium import spaces
 
-from farm_ar.envs import hand_step
 from farm_ar.envs.reading import NO_RIVAL, Reading
 from farm_ar.envs.worlds import World
 from farm_ar.game_logic.farm_game import FarmGame
@@ -75,7 +74,7 @@ class StateObservation:
         numbers[self._budget] = left
         if self._hand is not None:
             assert isinstance(world, FarmGame)
-            world.steer_by(hand_step.steer_and_read, reading.sheet, reading.met, numbers)
+            world.tell_hand(numbers[self._hand])
         return self._named(numbers)
 
     def observe_on(
@@ -87,9 +86,11 @@ class StateObservation:
             reading: the table.
             moves_left: share of the moves, or of the time, that is left.
             motion_left: shares of metres and of radians.
-            world: what the hand is in, which has told of it already.
+            world: for its hand.
         """
         numbers, at = reading.numbers, self._budget_at
+        if self._hand is not None:
+            world.tell_hand(numbers[self._hand])  # type: ignore[attr-defined]  # a game, as `observe` saw
         numbers[at + 2] = moves_left
         if motion_left is not self._motion_left:
             numbers[at], numbers[at + 1] = self._motion_left = motion_left

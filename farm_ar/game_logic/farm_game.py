@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from enum import Enum
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -51,9 +50,6 @@ class Phase(Enum):
 
 
 UNMOVED = Motion()
-
-Steer = Callable[..., bool]
-"""`steering.steer`, or a kernel that does the same and more."""
 
 Running = tuple[FloatArray, FloatArray, FloatArray, FloatArray, IntArray]
 """What `running.run` works on: the flock's arrays, the lanes, the counters."""
@@ -107,8 +103,6 @@ class FarmGame:
         self.counters = Counters.zero(len(layout))
         self.flock = Flock(ANIMAL_SPEED_M_S)
         self.sightings: list[Sighting] = []
-        self._steer: Steer = steering.steer
-        self._told: tuple[npt.NDArray[Any], ...] = (np.zeros(steering.TOLD, dtype=np.float32),)
         self._shed = int(np.flatnonzero(layout.fixed)[0])
         self._goals = np.flatnonzero(layout.movable)
         self._lanes = Lanes(self._goals, self._shed, rng)
@@ -323,9 +317,7 @@ class FarmGame:
             left = ticks - passed
             if not self._by_geometry:
                 self._tick_and_look(vx, vz, -twist, grip)
-            elif not self._steer(
-                *self._steered, self._visit, *self._running, vx, vz, -twist, grip, left, *self._told
-            ):
+            elif not steering.steer(*self._steered, self._visit, *self._running, vx, vz, -twist, grip, left):  # type: ignore[arg-type]
                 passed = ticks
                 break
             done, over, pending, way, turn = self._outcome.tolist()
@@ -344,21 +336,13 @@ class FarmGame:
         before, phase = self.tabletop.moved, self._phase
         steering.press(*self._steered, self._eye, self._way, vx, vz, spin, grip)
         over = bool(steering.watch(self._steered[1], phase, self.sees_hand()))
-        steering.tell(self._steered[0], self._steered[1], phase, self._told[-1][-steering.TOLD :])
         pending, phase[steering.PENDING] = float(phase[steering.PENDING]), 0.0
         self._outcome[:] = 1.0, over, pending, *(self.tabletop.moved - before)
 
-    def steer_by(self, steer: Steer, *told: npt.NDArray[Any]) -> None:
-        """Have another kernel do what `steering.steer` does, and more.
-
-        Args:
-            steer: takes its arguments, but others in place of its last, `told`.
-            told: these. The last of them ends with the (8,) numbers that `steering.tell` has of the hand,
-                which are filled in now, too.
-        """
-        self._steer, self._told = steer, told
+    def tell_hand(self, numbers: npt.NDArray[np.float32]) -> None:
+        """Fill in the (8,) numbers that an observation has of the hand, as `steering.tell` has them."""
         handle, state, _ = self._steered
-        steering.tell(handle, state, self._phase, told[-1][-steering.TOLD :])
+        steering.tell(handle, state, self._phase, numbers)
 
     def sees_hand(self) -> bool:
         """Whether the hand detector sees the hand now."""

@@ -155,7 +155,6 @@ def steer(
     spin: float,
     closed: bool,
     ticks: int,
-    told: npt.NDArray[np.float32],
 ) -> bool:
     """Ticks under a hand that is steered, seen where it truly is.
 
@@ -178,7 +177,6 @@ def steer(
         spin: of the hand, radians a second, Chipmunk's way round.
         closed: whether the hand is closed.
         ticks: how many.
-        told: (TOLD,) filled with what `tell` says of the hand afterwards.
 
     Returns:
         Whether there is more to say of it than that all ticks have passed.
@@ -205,7 +203,6 @@ def steer(
     known = pending > 0 and phase[KNOWN] == state[plane.CHANGES]
     if known and running.run(queue, animal, clock, lane, counts, end):
         pending = 0.0
-    tell(handle, state, phase, told)
     metres, radians = state[plane.METRES] - metres, state[plane.RADIANS] - radians
     outcome = visit[OUTCOME_AT:]
     outcome[0], outcome[1], outcome[2] = done, 1.0 if over else 0.0, pending
