@@ -38,6 +38,7 @@ SIDE = Limits(1e-6, 1e6, "must be positive metres, from 1e-6 to 1e6")
 RANGE = Limits(1e-6, 1e9, "must be positive metres, from 1e-6 to 1e9")
 SPEED = Limits(1e-6, 1e6, "must be a positive number, from 1e-6 to 1e6 metres a second")
 WEIGHT = Limits(0.0, 1e6, "must be a number not below 0, at most 1e6")
+SECONDS = Limits(0.0, 3600.0, "must be a number of seconds from 0 to 3600")
 SHARE = Limits(0.0, 1.0, "must be from 0 to 1")
 
 

@@ -53,7 +53,7 @@ def play(
     if draft.visits:
         _print_end(draft)
     if save is not None:
-        from farm_ar.scenes.fields import write_text
+        from farm_ar.scenes.files import write_text
 
         write_text(save, draft.text())
         print_line(f"Saved {save}; film it with: farm-ar demo {save}")

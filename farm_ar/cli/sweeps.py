@@ -59,7 +59,7 @@ def export(
     """
     from farm_ar.cli.output import print_line
     from farm_ar.cli.places import writing
-    from farm_ar.scenes.fields import write_text
+    from farm_ar.scenes.files import write_text
     from farm_ar.sweeps import Store
     from farm_ar.sweeps.export import as_csv
 

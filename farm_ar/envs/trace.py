@@ -16,7 +16,7 @@ from farm_ar import __version__
 from farm_ar.arrays import FloatArray
 from farm_ar.errors import InputError, OptionError
 from farm_ar.scenes import Camera, Layout
-from farm_ar.scenes.fields import read_json, write_text
+from farm_ar.scenes.files import read_json, write_text
 
 if TYPE_CHECKING:
     from farm_ar.envs.farm_to_table import FarmToTableEnv

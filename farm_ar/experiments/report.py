@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from farm_ar.drawing import save_picture
-from farm_ar.scenes.fields import write_text
+from farm_ar.scenes.files import write_text
 
 Value = str | int | float | None
 Row = Mapping[str, Value]

@@ -20,7 +20,7 @@ from farm_ar.experiments.relations import relations
 from farm_ar.experiments.report import Report
 from farm_ar.experiments.sequences import sequences
 from farm_ar.experiments.setting import Setting
-from farm_ar.scenes.fields import write_text
+from farm_ar.scenes.files import write_text
 from farm_ar.sweeps import Store, UnfinishedSweepError, make_executor
 from farm_ar.sweeps.progress import shown
 

@@ -26,7 +26,7 @@ from farm_ar.scenes import (
     observe_many,
     visible,
 )
-from farm_ar.scenes.fields import NOTHING
+from farm_ar.scenes.documents import NEEDED
 from farm_ar.sweeps import Executor, Outcome, Row, SerialExecutor, Store, Sweep, Watcher, run_sweep
 
 POSE_SPACING_M = 0.617
@@ -152,7 +152,7 @@ def _check(scene: Scene, source: str) -> None:
         if not value:
             raise SceneError(field_name, "must be at least one for the experiments", [], source)
     if scene.camera_path is None:
-        raise SceneError("camera_path", "must be there for the experiments", NOTHING, source)
+        raise SceneError("camera_path", "must be there for the experiments", NEEDED, source)
     if not visible(scene.layout, path_cameras(scene)).any():
         length = f"{scene.camera_path.length:.1f} m of path"
         raise SceneError("camera_path", "must pass where the camera sees an object", length, source)

@@ -3,24 +3,22 @@
 from farm_ar.scenes.builtin import BUILTIN, builtin_scene
 from farm_ar.scenes.camera import PAPER_FIELD_OF_VIEW, Camera, CameraPath, FieldOfView
 from farm_ar.scenes.csv_files import load_layout_csv, load_scene_csv, load_snapshot_csv
+from farm_ar.scenes.json_files import (
+    load_scene,
+    load_snapshot,
+    save_scene,
+    save_snapshot,
+    scene_from_dict,
+    scene_schema,
+    scene_to_dict,
+    snapshot_from_dict,
+    snapshot_to_dict,
+)
 from farm_ar.scenes.layout import Layout
 from farm_ar.scenes.noise import Gaussian, LayoutNoise
 from farm_ar.scenes.observing import PERFECT, Detector, observe, observe_many, occluded, visible
 from farm_ar.scenes.scene import Scene, Site, Template, Weights
-from farm_ar.scenes.scene_files import (
-    load_scene,
-    save_scene,
-    scene_from_dict,
-    scene_schema,
-    scene_to_dict,
-)
 from farm_ar.scenes.snapshot import UNKNOWN, Detections, Snapshot, SnapshotBatch
-from farm_ar.scenes.snapshot_files import (
-    load_snapshot,
-    save_snapshot,
-    snapshot_from_dict,
-    snapshot_to_dict,
-)
 
 __all__ = [
     "BUILTIN",

@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 import csv
+import io
 import os
+import re
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from farm_ar.arrays import FloatArray
+from farm_ar.arrays import POSITION, SIDE, FloatArray, Limits
 from farm_ar.errors import InputError, SceneError, SnapshotError
 from farm_ar.scenes.camera import Camera
+from farm_ar.scenes.documents import DEGREES, written
+from farm_ar.scenes.files import number_in, read_text
 from farm_ar.scenes.layout import Layout
 from farm_ar.scenes.scene import Scene
 from farm_ar.scenes.snapshot import Detections, Snapshot
 
 COLUMNS = ("id", "category", "x", "z", "yaw_deg", "w", "h", "d")
 """The columns of a table, in any order; `y`, in metres, may be added."""
+
+_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+", re.ASCII)
 
 
 def load_layout_csv(path: str | os.PathLike[str]) -> Layout:
@@ -89,64 +95,68 @@ class _Row:
             raise self.fail(column, "must not be empty")
         return self.values[column]
 
-    def number(self, column: str, positive: bool) -> float:
-        try:
-            number = float(self.values[column])
-        except ValueError:
-            number = np.nan
-        if not np.isfinite(number) or (positive and number <= 0):
-            expected = "must be a positive number in metres" if positive else "must be a finite number"
+    def number(self, column: str, limits: Limits) -> float:
+        text = self.values[column]
+        number = number_in(text)
+        if number is None or not limits.low <= number <= limits.high:
+            expected = "must be a positive number in metres" if limits is SIDE else "must be a finite number"
+            if _DECIMAL_COMMA.fullmatch(text):
+                expected += " with a decimal point, not a comma"
+            elif number is not None and np.isfinite(number) and (number > 0 or limits is not SIDE):
+                expected += f", from {written(limits.low)} to {written(limits.high)}"
             raise self.fail(column, expected)
         return number
 
 
 class _Table:
-    """A table read as text; blank lines and the space around a cell mean nothing."""
+    """A table read as text; blank lines, space around a cell and a first line `sep=,` mean nothing."""
 
     def __init__(self, path: str | os.PathLike[str], error: type[InputError]) -> None:
         source = Path(path).name
         self.rows: list[_Row] = []
+        text = read_text(path, error, "a CSV table")
         try:
-            # A BOM, as spreadsheets write it, is left out.
-            with Path(path).open(newline="", encoding="utf-8-sig") as file:
-                lines = csv.reader(file, skipinitialspace=True)
+            lines = csv.reader(io.StringIO(text, newline=""), skipinitialspace=True)
+            header = [column.strip() for column in next(lines, [])]
+            if header == ["sep=", ""]:
                 header = [column.strip() for column in next(lines, [])]
-                if sorted(set(header) | {"y"}) != sorted({*COLUMNS, "y"}) or len(set(header)) != len(header):
-                    expected = f"must be {','.join(COLUMNS)} in any order (y may be added)"
-                    raise error("header", expected, ",".join(header), source)
-                for cells in lines:
-                    values = [cell.strip() for cell in cells]
-                    if not any(values):
-                        continue
-                    if len(values) != len(header):
-                        expected = f"must have {len(header)} cells"
-                        raise error(f"line {lines.line_num}", expected, len(values), source)
-                    row = dict(zip(header, values, strict=True))
-                    self.rows.append(_Row(row, lines.line_num, error, source))
-        except OSError as problem:
-            reason = problem.strerror or str(problem)
-            raise error("file", "must be a readable file", reason, os.fspath(path)) from None
-        except (UnicodeDecodeError, csv.Error) as problem:
-            raise error("file", "must be a CSV table in UTF-8", str(problem), source) from None
+            if sorted(set(header) | {"y"}) != sorted({*COLUMNS, "y"}) or len(set(header)) != len(header):
+                expected = f"must be {','.join(COLUMNS)} in any order (y may be added)"
+                for sign, name in ((";", "semicolons"), ("\t", "tabs")):
+                    if sign in "".join(header):
+                        expected += f", with commas between columns and decimal points, not {name}"
+                raise error("header", expected, ",".join(header), source)
+            for cells in lines:
+                values = [cell.strip() for cell in cells]
+                if not any(values):
+                    continue
+                if len(values) != len(header):
+                    raise error(
+                        f"line {lines.line_num}", f"must have {len(header)} cells", len(values), source
+                    )
+                row = dict(zip(header, values, strict=True))
+                self.rows.append(_Row(row, lines.line_num, error, source))
+        except csv.Error as problem:
+            raise error("file", "must be a CSV table", str(problem), source) from None
 
     def ids(self) -> tuple[str, ...]:
-        ids: list[str] = []
+        ids: dict[str, None] = {}
         for row in self.rows:
             name = row.text("id")
             if name in ids:
                 raise row.fail("id", "must not repeat an earlier id")
-            ids.append(name)
+            ids[name] = None
         return tuple(ids)
 
     def poses(self) -> _Poses:
-        def column(*names: str, positive: bool = False) -> FloatArray:
-            values = [[row.number(name, positive) for name in names] for row in self.rows]
+        def column(*names: str, limits: Limits = POSITION) -> FloatArray:
+            values = [[row.number(name, limits) for name in names] for row in self.rows]
             return np.reshape(np.array(values, dtype=np.float64), (-1, len(names)))
 
         has_elevation = bool(self.rows) and "y" in self.rows[0].values
         return _Poses(
             position=column("x", "z"),
-            yaw=np.deg2rad(column("yaw_deg")[:, 0]),
-            size=column("w", "h", "d", positive=True),
+            yaw=np.deg2rad(column("yaw_deg", limits=DEGREES)[:, 0]),
+            size=column("w", "h", "d", limits=SIDE),
             elevation=column("y")[:, 0] if has_elevation else np.zeros(len(self.rows)),
         )

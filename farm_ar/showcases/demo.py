@@ -11,7 +11,7 @@ import cv2
 
 from farm_ar.drawing.video import write_gif, write_mp4, write_png
 from farm_ar.game_logic.tracker import ReidFactory, spatial_by_category
-from farm_ar.scenes.fields import write_text
+from farm_ar.scenes.files import write_text
 from farm_ar.showcases.film import FPS, Film, Image, Row, Screening
 from farm_ar.showcases.script import Script
 

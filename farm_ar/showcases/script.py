@@ -7,18 +7,59 @@ import tomllib
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from farm_ar.arrays import FloatArray
+from farm_ar.arrays import POSITION, SECONDS, FloatArray
 from farm_ar.errors import InputError
-from farm_ar.game_logic.headset import FIELDS_OF_VIEW, gaze_target
+from farm_ar.game_logic.headset import FIELDS_OF_VIEW
 from farm_ar.scenes import BUILTIN, Layout, Scene, builtin_scene, load_scene
-from farm_ar.scenes.fields import NOTHING, Fields
+from farm_ar.scenes.documents import DEGREES, Document, Listing, Number, Numbers, Object, Text, Whole, radians
+from farm_ar.scenes.files import read_text
 
 
 class ScriptError(InputError):
     """A script that cannot be used."""
+
+
+_POINT = Numbers(2, POSITION, "[x, z] in metres, from -1e6 to 1e6", default=None)
+
+SCRIPT = Document(
+    "game script",
+    Object(
+        {
+            "title": Text(default=None, about="The file's name without its ending if left out."),
+            "scene": Text(default="farm", about="farm, or a scene file beside this one with a fixed object."),
+            "gaze": Text(default="sweep", about="The site that the player looks at, or sweep."),
+            "visits": Listing(
+                Object(
+                    {
+                        "moves": Listing(
+                            Object(
+                                {
+                                    "building": Text(about="The label of what is carried."),
+                                    "to": _POINT,
+                                    "by": _POINT,
+                                    "turn_deg": Number(DEGREES, default=0.0, about="Clockwise."),
+                                    "caption": Text(default=None),
+                                }
+                            )
+                        ),
+                        "play_s": Number(SECONDS, default=4.0, about="Play before the hand comes."),
+                    }
+                )
+            ),
+            "seed": Whole(0, 2**63 - 1, default=0, about="Of the game's randomness."),
+            "fov": Text(tuple(FIELDS_OF_VIEW), default="photo", about="The headset's field of view."),
+            "ending_s": Number(SECONDS, default=5.0, about="Play after the last visit."),
+        },
+        notes=True,
+        about="A game: visits of the hand with its moves. TOML, in metres and degrees.",
+    ),
+    ScriptError,
+)
+"""What a script holds."""
 
 
 @dataclass(frozen=True)
@@ -97,15 +138,10 @@ def load_script(path: str | os.PathLike[str]) -> Script:
         SceneError: its scene file cannot be used.
     """
     file = builtin_scripts().get(str(path), Path(path))
-    try:
-        text = file.read_text(encoding="utf-8")
-    except OSError as problem:
-        known = ", ".join(builtin_scripts())
-        expected = f"must be a readable TOML file or one of {known}"
-        raise ScriptError("script", expected, str(path)) from problem
-    except UnicodeDecodeError as problem:
-        raise ScriptError("file", "must be TOML", str(problem), file.name) from None
-    return parse_script(text, file.parent, file.name)
+    if not file.exists():
+        expected = f"must be a readable TOML file or one of {', '.join(builtin_scripts())}"
+        raise ScriptError("script", expected, str(path))
+    return parse_script(read_text(file, ScriptError, "TOML"), file.parent, file.name)
 
 
 def parse_script(text: str, folder: Path, source: str) -> Script:
@@ -122,90 +158,56 @@ def parse_script(text: str, folder: Path, source: str) -> Script:
     """
     try:
         data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as problem:
+    except (ValueError, RecursionError) as problem:
         raise ScriptError("file", "must be TOML", str(problem), source) from None
-    fields = Fields(data, ScriptError, source)
-    scene = _scene(fields, folder)
-    script = Script(
-        title=fields.text("title", Path(source).stem),
+    values = SCRIPT.read(data, source)
+    scene = _scene(values["scene"], folder, source)
+    gazes = ("sweep", *(site.name for site in scene.sites)) if scene.sites else ()
+    if values["gaze"] not in gazes:
+        expected = (
+            f"must be one of {', '.join(gazes)}" if gazes else "must be a site, of which the scene has none"
+        )
+        raise SCRIPT.fail(("gaze",), expected, values["gaze"], source)
+    visits = []
+    for i, visit in enumerate(values["visits"]):
+        moves = [_move(m, scene, ("visits", i, "moves", k), source) for k, m in enumerate(visit["moves"])]
+        visits.append(ScriptedVisit(tuple(moves), visit["play_s"]))
+    return Script(
+        title=values["title"] or Path(source).stem,
         scene=scene,
-        gaze=_name(fields, "gaze", ("sweep", *(site.name for site in scene.sites)), "sweep"),
-        visits=tuple(_visit(item, scene) for item in fields.children("visits")),
-        seed=_whole(fields, "seed", 0),
-        fov=_name(fields, "fov", tuple(FIELDS_OF_VIEW), "photo"),
-        ending=_not_negative(fields, "ending_s", 5.0),
+        gaze=values["gaze"],
+        visits=tuple(visits),
+        seed=values["seed"],
+        fov=values["fov"],
+        ending=values["ending_s"],
     )
-    fields.finish()
-    gaze_target(scene, script.gaze)
-    return script
 
 
-def _scene(fields: Fields, folder: Path) -> Scene:
-    name = fields.text("scene", "farm")
+def _scene(name: str, folder: Path, source: str) -> Scene:
     scene = builtin_scene(name) if name in BUILTIN else None
     if scene is None and name.endswith(".json"):
         scene = load_scene(folder / name)
     if scene is None or not scene.layout.fixed.any():
         expected = 'must be "farm" or a scene file with a fixed object for a shed'
-        raise fields.fail("scene", expected, name)
+        raise SCRIPT.fail(("scene",), expected, name, source)
     return scene
 
 
-def _visit(fields: Fields, scene: Scene) -> ScriptedVisit:
-    moves = tuple(_move(item, scene) for item in fields.children("moves"))
-    visit = ScriptedVisit(moves, _not_negative(fields, "play_s", 4.0))
-    fields.finish()
-    return visit
+def _move(values: dict[str, Any], scene: Scene, place: tuple[str | int, ...], source: str) -> ScriptedMove:
+    def fail(name: str, expected: str, got: object) -> InputError:
+        return SCRIPT.fail((*place, name), expected, got, source)
 
-
-def _move(fields: Fields, scene: Scene) -> ScriptedMove:
-    layout = scene.layout
-    movable = tuple(name for name, fixed in zip(layout.labels, layout.fixed, strict=True) if not fixed)
-    building = _name(fields, "building", movable)
-    places = {name: _point(fields, name) if fields.has(name) else None for name in ("to", "by")}
-    turn = float(np.deg2rad(fields.number("turn_deg", 0.0)))
-    if (places["to"] is None) == (places["by"] is None) and not (turn and places["to"] is None):
-        raise fields.fail("to", "must be given, or by, but not both", places["to"])
-    if places["to"] is not None and not all(
-        0 <= v <= s for v, s in zip(places["to"], scene.size, strict=True)
-    ):
+    layout, building = scene.layout, values["building"]
+    movable = [name for name, fixed in zip(layout.labels, layout.fixed, strict=True) if not fixed]
+    if building not in movable:
+        raise fail("building", f"must be one of {', '.join(movable)}", building)
+    to, by, turn = values["to"], values["by"], radians(values["turn_deg"])
+    if (to is None) == (by is None) and not (turn and to is None):
+        raise fail("to", "must be given, or by, but not both", to)
+    if to is not None and not all(0 <= v <= s for v, s in zip(to, scene.size, strict=True)):
         width, depth = scene.size
         expected = f"must lie on the table, x from 0 to {width:g} and z from 0 to {depth:g} metres"
-        raise fields.fail("to", expected, list(places["to"]))
-    if places["to"] is None and places["by"] is None:
-        places["by"] = (0.0, 0.0)
-    caption = fields.text("caption", f"The hand moves {building}")
-    fields.finish()
-    return ScriptedMove(building, places["to"], places["by"], turn, caption)
-
-
-def _point(fields: Fields, name: str) -> tuple[float, float]:
-    value = fields.raw(name)
-    numbers = isinstance(value, list) and all(
-        isinstance(v, int | float) and not isinstance(v, bool) and np.isfinite(v) for v in value
-    )
-    if not (numbers and len(value) == 2):
-        raise fields.fail(name, "must be [x, z] in metres", value)
-    return float(value[0]), float(value[1])
-
-
-def _name(fields: Fields, name: str, known: tuple[str, ...], default: object = NOTHING) -> str:
-    value = fields.text(name, default)
-    if value not in known:
-        raise fields.fail(name, f"must be one of {', '.join(known)}", value)
-    return value
-
-
-def _not_negative(fields: Fields, name: str, default: float) -> float:
-    value = fields.number(name, default)
-    if value < 0:
-        raise fields.fail(name, "must not be negative", value)
-    return value
-
-
-def _whole(fields: Fields, name: str, default: int) -> int:
-    _not_negative(fields, name, default)
-    value = fields.raw(name, default)
-    if value != int(value):
-        raise fields.fail(name, "must be a whole number", value)
-    return int(value)
+        raise fail("to", expected, list(to))
+    if to is None and by is None:
+        by = (0.0, 0.0)
+    return ScriptedMove(building, to, by, turn, values["caption"] or f"The hand moves {building}")

@@ -99,7 +99,8 @@ def test_validate_says_in_one_line_what_is_wrong(mistake, before, tmp_path):
     data["objects"][3]["size_whd"] = [0.1, 0, 0.12]
     (tmp_path / "farm.json").write_text(json.dumps(data))
     assert mistake("scenes", "validate", "farm.json") == (
-        "SceneError: farm.json: objects[3].size_whd: must be 3 positive numbers in metres, got [0.1, 0, 0.12]"
+        "SceneError: farm.json: objects[3].size_whd: must be 3 positive numbers in metres, from 1e-6 to 1e6, "
+        "got [0.1, 0, 0.12]"
     )
 
 

@@ -14,6 +14,7 @@ from farm_ar.geometry import (
     inside_footprint,
     polyline_length,
 )
+from farm_ar.scenes import load_scene
 from farm_ar.scenes.builtin import (
     BUILTIN,
     DESCRIPTIONS,
@@ -25,7 +26,6 @@ from farm_ar.scenes.builtin import (
 from farm_ar.scenes.builtin.furniture import Model, Piece, as_left, facing_rows, placed, ring, wander
 from farm_ar.scenes.camera import PAPER_FIELD_OF_VIEW
 from farm_ar.scenes.scene import Scene, Weights
-from farm_ar.scenes.scene_files import load_scene
 
 # Sites, object types, objects, side of the square room in metres.
 TABLE_1 = {

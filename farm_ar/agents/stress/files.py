@@ -17,7 +17,7 @@ from farm_ar.agents.certificates import NO_BOUND
 from farm_ar.agents.stress.study import Study
 from farm_ar.agents.stress.summary import Summary
 from farm_ar.errors import InputError
-from farm_ar.scenes.fields import read_json, write_text
+from farm_ar.scenes.files import read_json, write_text
 
 COLUMNS = (
     "case", "reid", "attack", "asked", "least", "largest", "metres", "degrees", "moved", "wrong", "query",

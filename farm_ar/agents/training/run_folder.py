@@ -21,7 +21,7 @@ from farm_ar import __version__
 from farm_ar.agents.training.algorithms import settings_of
 from farm_ar.agents.training.recipes import Recipe, recipe_from
 from farm_ar.errors import InputError
-from farm_ar.scenes.fields import read_json, write_text
+from farm_ar.scenes.files import read_json, write_text
 
 DESCRIPTION, HYPERPARAMETERS = "run.json", "hyperparameters.yml"
 CHECKPOINTS, BEST = "checkpoints", "best"

@@ -1,10 +1,14 @@
 """Files that are no JSON, and files that are written whole or not at all."""
 
+import codecs
 import json
+import os
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from farm_ar.errors import SceneError, SnapshotError
 from farm_ar.scenes import (
@@ -18,7 +22,7 @@ from farm_ar.scenes import (
     save_scene,
     save_snapshot,
 )
-from farm_ar.scenes.fields import write_text
+from farm_ar.scenes.files import MOST_BYTES, number_in, whole_in, write_text
 
 SCENE = Scene("room", (5, 4), Layout(("a",), ("chair",), [(1, 2)], [0.5], [(1, 1, 1)]))
 SNAPSHOT = Snapshot(Camera([1, 2], 0.5), Detections(("chair",), [(1, 2)], [0.5], [(1, 1, 1)]))
@@ -34,7 +38,6 @@ SAVERS = [(save_scene, SCENE), (save_snapshot, SNAPSHOT)]
         (b"", "Expecting value"),
         (b'{"size_m": [5,', "Expecting value"),
         (b"{'size_m': 5}", "Expecting property name"),
-        (b'{"name": "\xff"}', "can't decode byte"),
         (b'{"name": "a", "name": "b"}', "the field name twice in one object"),
         (b'{"objects": [{"x": 1, "x": 2}]}', "the field x twice in one object"),
         (b'{"name": ' + b"1" * 5000 + b"}", "integer string conversion"),
@@ -60,6 +63,85 @@ def test_a_file_that_is_not_there_is_refused_by_its_whole_path(tmp_path, load, e
     assert str(problem.value) == (
         f"{tmp_path / 'nothing.json'}: file: must be a readable file, got 'No such file or directory'"
     )
+
+
+@pytest.mark.parametrize(("load", "error"), LOADERS)
+@pytest.mark.parametrize(
+    ("content", "encoding"),
+    [
+        ('{"name": "a"}'.encode("utf-16"), "'UTF-16'"),
+        ('{"name": "a"}'.encode("utf-32"), "'UTF-32'"),
+        (codecs.BOM_UTF16_BE + '{"name": "a"}'.encode("utf-16-be"), "'UTF-16'"),
+        ('{"name": "\xe9"}'.encode("latin-1"), "Latin-1 or Windows-1252"),
+    ],
+)
+def test_a_file_in_another_encoding_is_refused_by_its_name(tmp_path, load, error, content, encoding):
+    path = tmp_path / "broken.json"
+    path.write_bytes(content)
+    with pytest.raises(error) as problem:
+        load(path)
+    assert str(problem.value).startswith("broken.json: file: must be JSON in UTF-8, got ")
+    assert encoding in str(problem.value)
+
+
+@pytest.mark.parametrize(("load", "error"), LOADERS)
+def test_what_may_never_end_is_refused_at_once(tmp_path, load, error):
+    os.mkfifo(tmp_path / "pipe.json")
+    (tmp_path / "endless.json").symlink_to("/dev/zero")
+    for name in ("pipe.json", "endless.json"):
+        with pytest.raises(error, match="must be a plain file, got 'a pipe or a device'"):
+            load(tmp_path / name)
+
+
+@pytest.mark.parametrize(("load", "error"), LOADERS)
+def test_a_file_larger_than_any_is_refused_before_it_is_read_whole(tmp_path, load, error):
+    with (tmp_path / "large.json").open("wb") as file:
+        file.truncate(MOST_BYTES + 1)  # a sparse file takes no room
+    with pytest.raises(error, match="must be at most 64 MiB"):
+        load(tmp_path / "large.json")
+
+
+@pytest.mark.parametrize(("load", "error"), LOADERS)
+def test_a_name_that_no_file_can_have_is_refused(load, error):
+    with pytest.raises(error, match="must be a readable file"):
+        load("a\0b.json")
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_a_number_in_text_is_what_python_wrote(number):
+    assert number_in(repr(number)) == number
+    assert number_in(f" {number!r}\t") == number
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        " ",
+        "1_2",
+        "1e1_0",
+        "\u0661\u0662",
+        "\uff11",
+        "nan",
+        "inf",
+        "-Infinity",
+        "0x10",
+        "1,5",
+        "1 2",
+        "+",
+        ".",
+        "e5",
+    ],
+)
+def test_what_only_python_takes_for_a_number_is_none(text):
+    assert number_in(text) is None
+    assert whole_in(text) is None
+
+
+def test_whole_numbers_in_text_have_no_point():
+    assert (whole_in("-7"), whole_in("+07 "), whole_in("7.0"), whole_in("1e3")) == (-7, 7, None, None)
+    assert whole_in("9" * 30) == 10**30 - 1
+    assert whole_in("9" * 5000) is None
 
 
 @pytest.mark.parametrize(("load", "error"), LOADERS)

@@ -421,7 +421,7 @@ BROKEN = [
     (("templates", 0, "label"), "1", "templates[0].label", "got '1'"),
     (("camera_path",), None, "camera_path", "got None"),
     (("camera_path", "bezier_points"), MISSING, "camera_path.bezier_points", "got nothing"),
-    (("camera_path", "bezier_points"), [[0, 0], [1, 1], [2, 2]], "camera_path.bezier_points", "got (3, 2)"),
+    (("camera_path", "bezier_points"), [[0, 0]], "camera_path.bezier_points", "got [[0, 0]]"),
     (("camera_path", "bezier_points", 2), [1, 2, 3], "camera_path.bezier_points[2]", "got [1, 2, 3]"),
     (("camera_path", "closed"), "no", "camera_path.closed", "got 'no'"),
     (("camera_path", "polyline"), {}, "camera_path.polyline", "got {}"),
@@ -439,20 +439,20 @@ BROKEN = [
     (("camera", "fov_deg"), 60, "camera.fov_deg", "got 60"),
     (("weights",), None, "weights", "got None"),
     (("weights", "translation"), MISSING, "weights.translation", "got nothing"),
-    (("weights", "translation"), -2, "weights.translation", "got -2.0"),
+    (("weights", "translation"), -2, "weights.translation", "got -2"),
     (("weights", "dimension"), 1, "weights.dimension", "got 1"),
     (("symmetry_deg",), None, "symmetry_deg", "got None"),
     (("symmetry_deg", "table"), 361, "symmetry_deg.table", "got 361"),
     (("symmetry_deg", "table"), False, "symmetry_deg.table", "got False"),
-]  # fmt: skip
-
-# JSON Schema cannot say these: no number is NaN or infinite there, and it compares no values with each other.
-BROKEN_BEYOND_SCHEMA = [
-    (("objects", 0, "x"), np.nan, "objects[0].x", "got nan"),
     (("objects", 0, "z"), np.inf, "objects[0].z", "got inf"),
     (("objects", 0, "yaw_deg"), -np.inf, "objects[0].yaw_deg", "got -inf"),
-    (("objects", 0, "size_whd", 1), np.nan, "objects[0].size_whd", "got [0.5, nan, 0.6]"),
     (("objects", 0, "x"), HUGE, "objects[0].x", " ..."),
+]  # fmt: skip
+
+# JSON Schema cannot say these: no number is NaN there, and it compares no values with each other.
+BROKEN_BEYOND_SCHEMA = [
+    (("objects", 0, "x"), np.nan, "objects[0].x", "got nan"),
+    (("objects", 0, "size_whd", 1), np.nan, "objects[0].size_whd", "got [0.5, nan, 0.6]"),
     (("objects", 1, "label"), "1", "objects[1].label", "got '1'"),
     (("sites", 1, "name"), "S1", "sites[1].name", "got 'S1'"),
     (("sites", 1), {"name": "S2", "x": 1, "z": 1.0}, "sites[1]", "got (1.0, 1.0)"),

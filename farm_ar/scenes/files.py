@@ -1,0 +1,127 @@
+"""Text files: read where they are plain files, written whole or not at all; numbers in text."""
+
+from __future__ import annotations
+
+import codecs
+import json
+import os
+import re
+import stat
+from pathlib import Path
+from typing import Any
+from uuid import uuid4
+
+import numpy as np
+
+from farm_ar.arrays import FloatArray
+from farm_ar.errors import InputError
+
+MOST_BYTES = 64 * 2**20
+"""The largest file that is read."""
+
+_MARKS = {codecs.BOM_UTF32_LE: "UTF-32", codecs.BOM_UTF16_LE: "UTF-16", codecs.BOM_UTF16_BE: "UTF-16"}
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+_WHOLE = re.compile(r"[+-]?\d{1,30}", re.ASCII)
+
+
+def read_text(path: str | os.PathLike[str], error: type[InputError], kind: str) -> str:
+    """The text of a file in UTF-8, without a byte order mark.
+
+    Args:
+        path: the file.
+        error: the class of the errors to raise.
+        kind: what the file must be, for errors, as in "JSON".
+
+    Raises:
+        InputError: of the class given; it is no plain file (a pipe or a device may never end), is larger than
+            `MOST_BYTES`, cannot be read, or is in another encoding.
+    """
+    data = read_bytes(path, error)
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as problem:
+        name = next((name for mark, name in _MARKS.items() if data.startswith(mark)), None)
+        got = name or f"Latin-1 or Windows-1252, it seems: byte 0x{data[problem.start]:x} at {problem.start}"
+        raise error("file", f"must be {kind} in UTF-8", got, Path(path).name) from None
+
+
+def read_bytes(path: str | os.PathLike[str], error: type[InputError]) -> bytes:
+    """The bytes of a plain file.
+
+    Raises:
+        InputError: as `read_text`.
+    """
+    try:
+        mode = Path(path).stat().st_mode
+        if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):
+            raise error("file", "must be a plain file", "a pipe or a device", os.fspath(path))
+        with Path(path).open("rb") as file:
+            data = file.read(MOST_BYTES + 1)
+    except InputError:
+        raise
+    except (OSError, ValueError) as problem:  # ValueError: a NUL in the name
+        reason = (isinstance(problem, OSError) and problem.strerror) or str(problem)
+        raise error("file", "must be a readable file", reason, os.fspath(path)) from None
+    if len(data) > MOST_BYTES:
+        expected = f"must be at most {MOST_BYTES >> 20} MiB"
+        raise error("file", expected, "a larger file", os.fspath(path))
+    return data
+
+
+def read_json(path: str | os.PathLike[str], error: type[InputError]) -> Any:
+    """The contents of a JSON file.
+
+    Raises:
+        InputError: of the class given, when the file cannot be read or is not JSON, or an object in it has
+            two fields of one name.
+    """
+    text = read_text(path, error, "JSON")
+    try:
+        return json.loads(text, object_pairs_hook=_without_repeats)
+    except (ValueError, RecursionError) as problem:
+        raise error("file", "must be JSON", str(problem), Path(path).name) from None
+
+
+def write_text(path: str | os.PathLike[str], text: str) -> None:
+    """Write a file whole or not at all: under a temporary name beside it, then renamed."""
+    target = Path(path)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    temporary = target.with_name(f".{target.name}.{uuid4().hex}")
+    try:
+        with temporary.open("x", encoding="utf-8", newline="\n") as file:
+            file.write(text)
+        temporary.replace(target)
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        raise
+
+
+def number_in(text: str) -> float | None:
+    """The number that a text says in digits, with a point; None for all else that Python would take.
+
+    No underscores, no digits of other scripts, no names of infinity; too large a number is infinite.
+    """
+    return float(text) if _NUMBER.fullmatch(text.strip(" \t")) else None
+
+
+def whole_in(text: str) -> int | None:
+    """The whole number, of up to 30 digits, that a text says; None for all else."""
+    return int(text) if _WHOLE.fullmatch(text.strip(" \t")) else None
+
+
+def degrees(angle: float | FloatArray) -> float:
+    """An angle as files have it, from radians.
+
+    Rounded just above the error of turning degrees into radians and back, so that what was read is written
+    as it stood.
+    """
+    return round(float(np.rad2deg(angle)), 12)
+
+
+def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    values: dict[str, Any] = {}
+    for name, value in pairs:
+        if name in values:
+            raise ValueError(f"the field {name} twice in one object")
+        values[name] = value
+    return values
