@@ -13,6 +13,7 @@ from gymnasium.error import InvalidAction
 from farm_ar.arrays import BoolArray
 from farm_ar.envs.moves import Move
 from farm_ar.envs.table import TableView
+from farm_ar.errors import LONGEST_VALUE
 from farm_ar.geometry import wrap
 
 _SINGLE = np.dtype(np.float32)
@@ -144,17 +145,27 @@ def checked_action(action: Any, space: spaces.Space[Any]) -> list[Any]:
         numbers: list[Any] = action.tolist()
         if isfinite(sum(numbers)):
             return numbers
+    whole = isinstance(space, spaces.MultiDiscrete)
     try:
-        values = np.asarray(action)
-        right = values.shape == space.shape and bool(np.isfinite(values).all())
-    except (TypeError, ValueError):
+        given = np.asarray(action)
+        right = given.shape == space.shape and given.dtype.kind in ("iu" if whole else "biuf")
+        with np.errstate(over="ignore"):  # of a longer float
+            values = given.astype(np.int64 if whole else np.float64) if right else given
+        right = right and bool(np.isfinite(values).all())
+    except (TypeError, ValueError, OverflowError):
         right = False
     if right and isinstance(space, spaces.MultiDiscrete):
-        right = values.dtype.kind in "iu" and bool(((values >= 0) & (values < space.nvec)).all())
+        right = bool(((given >= 0) & (given < space.nvec)).all())
     if not right:
-        raise InvalidAction(f"action: must be in {space}, got {action!r}")
+        raise InvalidAction(f"action: must be in {space}, got {_shown(action)}")
     listed: list[Any] = values.tolist()
     return listed
+
+
+def _shown(action: Any) -> str:
+    """The beginning of what was given, on one line."""
+    shown = " ".join(repr(action).split())
+    return shown if len(shown) <= LONGEST_VALUE else f"{shown[:LONGEST_VALUE]} ..."
 
 
 def _mask(view: TableView, others: int) -> BoolArray:

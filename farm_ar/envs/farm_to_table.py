@@ -12,12 +12,12 @@ import numpy as np
 from farm_ar.arrays import BoolArray
 from farm_ar.envs.actions import ACTIONS, checked_action
 from farm_ar.envs.budget import Budget, EffortBudget, MotionBudget
-from farm_ar.envs.controls import NOTHING, STEPS_PER_SECOND, Control, HandControl, MoveControl
+from farm_ar.envs.controls import STEPS_PER_SECOND, Control, HandControl, MoveControl
 from farm_ar.envs.jitter import StartingLayouts, unit_of
 from farm_ar.envs.observations import Left, PixelObservation, StateObservation
 from farm_ar.envs.options import EnvOptions
 from farm_ar.envs.reading import AMBIGUITY, LEAST, Reading
-from farm_ar.envs.rewards import HARM, NOTHING_YET, Standing
+from farm_ar.envs.rewards import Reward
 from farm_ar.envs.starting import VisitCameras, given_camera, given_layout, new_world, scene_of
 from farm_ar.envs.table import TableView, meeting_order
 from farm_ar.envs.trace import Trace, state_digest
@@ -89,9 +89,13 @@ class FarmToTableEnv(gym.Env[Any, Any]):
     | `budget` | (4,) | what is left of metres, radians, moves (or time) and visits, 0 to 1 |
     | `believed_position`, `believed_heading` | (2 M,) | of each object's own label; white-box only |
     | `difference` | (3 M,) | true less believed: x, z on the scale of `position`, yaw / pi; white-box only |
-    | `cost` | (K' M,) | cost to each object of the labels of its kind, in order, K' the most of a kind, 2 where it has fewer; white-box only |
-    | `margin` | (M,) | margin / 0.3 of a snapshot as things stand, 1 out of view; white-box only |
+    | `cost` | (K' M,) | the paper's cost (Eq. 7) to each object of the labels of its kind, in order, K' the most of a kind, 2 where it has fewer; white-box only |
+    | `margin` | (M,) | the paper's margin / 0.3 of a snapshot as things stand, 1 out of view; white-box only |
     | `hand` | (8,) | x, z, sin and cos of its yaw, velocity / 1.5 m/s, grip, in view; 0 when it has been withdrawn; control `hand` only |
+
+    Costs and margins, here, in `info` and in the rewards `margin` and `clutter`, are those of the paper's rule with
+    categories kept apart, whatever `reid` is. The margin of a detection is the rise of the total cost if it had to have
+    another label.
 
     `observation="pixels"` is the table from above, `Box(0, 255, (96, W, 3), uint8)`.
 
@@ -143,8 +147,21 @@ class FarmToTableEnv(gym.Env[Any, Any]):
     | `game` | `True` | physics, animals and counters |
     | `render_mode` | `None` | or `"rgb_array"` |
 
-    `info` holds `accuracy` (of the last snapshot), `wrong_labels`, `margin` (the least), `effort` (of the step),
-    `miscounts` and `phase`.
+    ## Info
+
+    `reset` and `step` return the same keys; none is an observation's.
+
+    | key | type | meaning |
+    |---|---|---|
+    | `accuracy` | float | correct labels of the last snapshot as a share of its detections (Eq. 10), 0 to 1; 1 before the first |
+    | `wrong_labels` | int | labels that were last read from another object than their own |
+    | `paper_margin` | float | the least margin of a movable object in view, of a snapshot as things stand; 1 where none has another choice |
+    | `effort` | float | of the step: metres / diagonal + radians / pi |
+    | `miscounts` | int | animals so far that got into the wrong building or arrived where nothing stands |
+    | `phase` | int | `Phase`: 0 (`PLAY`, animals run) or 1 (`HAND`, a visit is under way and they stand still) |
+    | `reward/identity`, ... | float | the terms of the step's reward, weighted and signed: the reward is their sum; 0 at the reset |
+    | `reward/effort` | float | what its effort costs, 0 or less |
+    | `action_mask` | (sum of the choices,) bool | `action_masks()`; discrete actions only |
 
     ## Version History
 
@@ -188,13 +205,14 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         self.render_mode = render_mode
         self._scene = scene_of(scene, game)
         self._diagonal = self._scene.diagonal
-        self._pays_for, self._harm, self._stood = reward, HARM[reward], NOTHING_YET
+        self._reward = Reward(reward, self._options.sign, self._options.effort_weight)
         self._layouts = StartingLayouts(self._scene, jitter)
         self._cameras = VisitCameras(self._scene, field_of_view(fov), game)
         self._control = self._new_control()
         if control == "hand":
             self.metadata = {**self.metadata, "render_fps": STEPS_PER_SECOND}
         self.action_space = self._control.space
+        self._masked = isinstance(self.action_space, gym.spaces.MultiDiscrete)
         white_box = knowledge == "white-box"
         self._observation: StateObservation | PixelObservation
         if observation == "state":
@@ -224,6 +242,8 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         """
         super().reset(seed=seed)
         self._trace, self._over = None, True
+        if not isinstance(options, Mapping | None):
+            raise OptionError("options", "must be a mapping with layout and camera, both optional", options)
         asked = dict(options or {})
         for name in asked:
             if name not in ("layout", "camera"):
@@ -235,10 +255,10 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         self._movable = self._order[layout.movable[self._order]]
         self._reading.meet(layout, self._order)
         self._visits_left = self._options.visits
-        self._accuracy, self._stood = 1.0, NOTHING_YET
+        self._accuracy = 1.0
         self._trace, self._over = trace, False
         self._begin_visit()
-        return self.observe(), self._info(0.0)
+        return self.observe(), self._info(0.0, self._reward.nothing())
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """One action. The episode ends within the step that takes its last snapshot.
@@ -251,18 +271,16 @@ class FarmToTableEnv(gym.Env[Any, Any]):
             raise gym.error.ResetNeeded("step() needs reset() first")
         values = checked_action(action, self._control.space)
         self._trace.actions.append(values)
-        before = self._stood if self._pays_for == "identity" else self._standing(self._ambiguity())
+        self._reward.begin(self)
         outcome = self._control.act(values, self._look, self._world, self._budget)
-        if outcome is NOTHING and self._pays_for != "miscount":
-            return self._observed_on(), 0.0, False, False, self._info(0.0)
-        ambiguity = before.ambiguity if outcome.sighting else self._ambiguity()
+        if outcome.sighting is None:
+            self._reward.foresee(self)
         if outcome.over:
             self._finish_visit(outcome.sighting)
-        self._stood, effort = self._standing(ambiguity), outcome.motion.effort(self._diagonal)
-        option = self._options
-        reward = float(option.sign * self._harm(before, self._stood) - option.effort_weight * effort)
+        effort = outcome.motion.effort(self._diagonal)
+        paid = self._reward.paid(self, effort)
         seen = self._observed() if outcome.over else self._observed_on()
-        return seen, reward, self._over, False, self._info(effort)
+        return seen, float(sum(paid.values())), self._over, False, self._info(effort, paid)
 
     def action_masks(self) -> BoolArray:
         """The choices that make sense now, flat over the action's dimensions; only for the discrete actions.
@@ -318,6 +336,16 @@ class FarmToTableEnv(gym.Env[Any, Any]):
             view = TableView(self._scene, truth, believed, camera, self._order, self._movable)
             self._view = view
         return view
+
+    @property
+    def ambiguity(self) -> float:
+        """Half the sum over movable objects in view of 1 - `paper_margin` / 0.3, each from 0 to 1.
+
+        Raises:
+            gymnasium.error.ResetNeeded: there has been no episode yet.
+        """
+        self._reading.read(self.world)
+        return self._reading.summary.item(AMBIGUITY)
 
     @property
     def world(self) -> World:
@@ -437,46 +465,28 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         reading.read(world)
         return self._observation.observe_on(reading, self._control.left, self._budget.left, world)
 
-    def _ambiguity(self) -> float:
-        if self._pays_for != "margin":
-            return 0.0
-        self._reading.read(self._world)
-        return float(self._reading.summary[AMBIGUITY])
-
     def _look(self) -> TableView:
         return self.view
-
-    def _endpoint_error(self) -> float:
-        if self._pays_for != "endpoint":
-            return 0.0
-        error = self._world.tracker.belief.endpoint_error(self._world.truth)
-        return float(error.sum()) / self._diagonal
-
-    def _standing(self, ambiguity: float) -> Standing:
-        """What the reward looks at; what this one does not is left at 0."""
-        world, pays_for = self._world, self._pays_for
-        wrong = world.tracker.belief.wrong_labels
-        if pays_for == "identity":
-            return self._stood if wrong == self._stood.wrong else Standing(wrong, 0.0, 0, 0.0)
-        miscounts = world.miscounts if pays_for == "miscount" else 0
-        clutter = self.view.clutter if pays_for == "clutter" else 0.0
-        return Standing(wrong, ambiguity, miscounts, self._endpoint_error(), clutter)
 
     def _left(self) -> Left:
         """What is left of metres, radians, moves (or time) and visits, as shares."""
         metres, radians = self._budget.left
         return metres, radians, self._control.left, self._visits_left / self._options.visits
 
-    def _info(self, effort: float) -> dict[str, Any]:
+    def _info(self, effort: float, paid: dict[str, float]) -> dict[str, Any]:
         world = self._world
-        return {
+        info: dict[str, Any] = {
             "accuracy": self._accuracy,
             "wrong_labels": world.tracker.belief.wrong_labels,
-            "margin": self._reading.summary.item(LEAST),
+            "paper_margin": self._reading.summary.item(LEAST),
             "effort": effort,
             "miscounts": world.miscounts,
-            "phase": world.phase_name,
+            "phase": int(world.phase),
+            **paid,
         }
+        if self._masked:
+            info["action_mask"] = self.action_masks()
+        return info
 
 
 _SET_LATER = frozenset(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from numbers import Integral, Real
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from farm_ar.envs.perceptions import perception_of
 from farm_ar.envs.reids import reid_factory
+from farm_ar.envs.rewards import REWARDS
 from farm_ar.errors import OptionError, known_name
 from farm_ar.game_logic.headset import FIELDS_OF_VIEW
 from farm_ar.game_logic.perception import Perception
@@ -32,13 +34,12 @@ MOST = {
     "effort_weight": 1e6,
     "play_seconds": 3600.0,
     "head_noise_deg": 360.0,
-    "animals_a_second": 1000.0,
+    "animals_a_second": 1e4,
 }
 """The largest that a number may be, so that an episode ends and nothing overflows."""
 
 OBSERVATIONS = ("state", "pixels")
 KNOWLEDGE = ("white-box", "black-box")
-REWARDS = ("identity", "margin", "clutter", "miscount", "endpoint")
 JITTERS = ("none", "easy", "default", "hard")
 
 
@@ -76,21 +77,22 @@ class EnvOptions:
     game: bool = True
 
     def __post_init__(self) -> None:
-        known_name("control", self.control, CONTROLS)
+        self._check_name("control", CONTROLS)
         actions = CONTROLS[self.control]
-        action = actions[0] if self.action is None else self.action
-        object.__setattr__(self, "action", known_name("action", action, actions))
-        known_name("observation", self.observation, OBSERVATIONS)
-        known_name("knowledge", self.knowledge, KNOWLEDGE)
-        known_name("reward", self.reward, REWARDS)
-        known_name("jitter", self.jitter, JITTERS)
-        known_name("fov", self.fov, FIELDS_OF_VIEW)
+        if self.action is None:
+            object.__setattr__(self, "action", actions[0])
+        self._check_name("action", actions)
+        self._check_name("observation", OBSERVATIONS)
+        self._check_name("knowledge", KNOWLEDGE)
+        self._check_name("reward", REWARDS)
+        self._check_name("jitter", JITTERS)
+        self._check_name("fov", FIELDS_OF_VIEW)
         reid_factory(self.reid)
         perception_of(self.perception)
         for name in ("visits", "moves"):
-            self._make_int(name, lowest=1, expected="must be a whole number not below 1")
-        self._make_int("sign", lowest=-1, expected="must be 1 (an adversary) or -1 (a helper)")
-        self._check("sign", self.sign != 0 and self.sign <= 1, "must be 1 (an adversary) or -1 (a helper)")
+            self._make_int(name, 1, "must be a whole number not below 1")
+        self._make_int("sign", -1, "must be 1 (an adversary) or -1 (a helper)")
+        self._check("sign", self.sign in (-1, 1), "must be 1 (an adversary) or -1 (a helper)")
         for name in ("budget_m", "budget_rad", "hand_seconds"):
             self._make_float(name, zero=False, expected="must be a positive number")
         for name in ("effort_weight", "play_seconds", "head_noise_deg", "animals_a_second"):
@@ -100,8 +102,15 @@ class EnvOptions:
         self._check("game", isinstance(self.game, bool), "must be True or False")
         if not self.game:
             self._check("control", self.control == "layout", 'must be "layout" without the game')
-            known = self.reward != "miscount"
-            self._check("reward", known, "must be identity, margin, clutter or endpoint without the game")
+            without = [
+                name for name, terms in REWARDS.items() if not any(t.needs_game for t in terms.values())
+            ]
+            known = ", ".join(without[:-1]) + f" or {without[-1]}"
+            self._check("reward", self.reward in without, f"must be {known} without the game")
+
+    def _check_name(self, name: str, names: Iterable[str]) -> None:
+        value = getattr(self, name)
+        known_name(name, value if isinstance(value, str) else repr(value), names)
 
     def _make_int(self, name: str, lowest: int, expected: str) -> None:
         value = getattr(self, name)

@@ -1,61 +1,113 @@
-"""The rewards, by name: what an agent gains from what its step did."""
+"""The rewards, by name: each is a sum of named terms, and a term is the rise of a number over a step."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from farm_ar.envs.farm_to_table import FarmToTableEnv
 
 
-class Standing(NamedTuple):
-    """What the rewards look at.
+@dataclass(frozen=True)
+class Term:
+    """A part of a reward: what is paid for each unit by which a number rises in a step.
 
     Args:
-        wrong: number of wrong labels.
-        ambiguity: half the sum over objects in view of 1 - margin / 0.3, of a snapshot as things stand.
-        miscounts: animals so far that did not get into the building of their colour.
-        endpoint_error: sum over labels of the metres from believed to true place, as a share of the diagonal.
-        clutter: half the sum over objects of 1 - margin / 0.3, were they known to stand as they do.
+        measure: the number, of an environment as it stands.
+        scale: what a unit of it is worth beside a wrong label.
+        foresight: whether it speaks of the snapshot to come. It is then measured before a step's snapshot is
+            taken, and does not rise in a step in which the game itself takes one.
+        needs_game: whether there has to be a game.
     """
 
-    wrong: int
-    ambiguity: float
-    miscounts: int
-    endpoint_error: float
-    clutter: float = 0.0
+    measure: Callable[[FarmToTableEnv], float]
+    scale: float = 1.0
+    foresight: bool = False
+    needs_game: bool = False
 
 
-NOTHING_YET = Standing(0, 0.0, 0, 0.0)
-"""At the start of an episode, for a reward that looks at wrong labels only."""
+def wrong_labels(env: FarmToTableEnv) -> float:
+    """How many labels were last read from another object than their own."""
+    return env.world.tracker.belief.wrong_labels
+
+
+def ambiguity(env: FarmToTableEnv) -> float:
+    """Half the sum over movable objects in view of 1 - margin / 0.3, of a snapshot as things stand."""
+    return env.ambiguity
+
+
+def clutter(env: FarmToTableEnv) -> float:
+    """Half the sum over movable objects of 1 - margin / 0.3, were they known to stand as they do."""
+    return env.view.clutter
+
+
+def miscounts(env: FarmToTableEnv) -> float:
+    """Animals so far that did not get into the building of their colour."""
+    return env.world.miscounts
+
+
+def endpoint_error(env: FarmToTableEnv) -> float:
+    """Sum over labels of the metres from believed to true place, as a share of the diagonal."""
+    world = env.world
+    return float(world.tracker.belief.endpoint_error(world.truth).sum()) / world.tracker.scene.diagonal
+
 
 MARGIN_SHARE = 0.5
 """What a unit of ambiguity, or of clutter, is worth beside a wrong label."""
 
-
-def _identity(before: Standing, after: Standing) -> float:
-    return float(after.wrong - before.wrong)
-
-
-def _margin(before: Standing, after: Standing) -> float:
-    return _identity(before, after) + MARGIN_SHARE * (after.ambiguity - before.ambiguity)
-
-
-def _clutter(before: Standing, after: Standing) -> float:
-    return _identity(before, after) + MARGIN_SHARE * (after.clutter - before.clutter)
-
-
-def _miscount(before: Standing, after: Standing) -> float:
-    return float(after.miscounts - before.miscounts)
-
-
-def _endpoint(before: Standing, after: Standing) -> float:
-    return after.endpoint_error - before.endpoint_error
-
-
-HARM: dict[str, Callable[[Standing, Standing], float]] = {
-    "identity": _identity,
-    "margin": _margin,
-    "clutter": _clutter,
-    "miscount": _miscount,
-    "endpoint": _endpoint,
+REWARDS: dict[str, dict[str, Term]] = {
+    "identity": {"identity": Term(wrong_labels)},
+    "margin": {"identity": Term(wrong_labels), "margin": Term(ambiguity, MARGIN_SHARE, foresight=True)},
+    "clutter": {"identity": Term(wrong_labels), "clutter": Term(clutter, MARGIN_SHARE)},
+    "miscount": {"miscount": Term(miscounts, needs_game=True)},
+    "endpoint": {"endpoint": Term(endpoint_error)},
 }
-"""The harm that a step did, by name of the reward."""
+"""The terms of each reward."""
+
+EFFORT = "reward/effort"
+"""The name of what effort costs, in what is logged."""
+
+
+class Reward:
+    """What a step is paid: its terms, less what its effort costs.
+
+    Args:
+        name: of the reward.
+        sign: 1 where a rise is paid for, -1 where it costs.
+        effort_weight: what a unit of effort costs.
+    """
+
+    def __init__(self, name: str, sign: int, effort_weight: float) -> None:
+        terms = REWARDS[name]
+        self._names = [f"reward/{term}" for term in terms]
+        self._measures = [term.measure for term in terms.values()]
+        self._scales = [sign * term.scale for term in terms.values()]
+        self._foresight = [i for i, term in enumerate(terms.values()) if term.foresight]
+        self._effort_weight = effort_weight
+        self._before: list[float] = []
+        self._foreseen: list[float] = []
+
+    def begin(self, env: FarmToTableEnv) -> None:
+        """A step begins."""
+        self._before = [measure(env) for measure in self._measures]
+        self._foreseen = [self._before[i] for i in self._foresight]
+
+    def foresee(self, env: FarmToTableEnv) -> None:
+        """The step's action is carried out, and its snapshot, if it has one, is yet to be taken."""
+        self._foreseen = [self._measures[i](env) for i in self._foresight]
+
+    def paid(self, env: FarmToTableEnv, effort: float) -> dict[str, float]:
+        """The terms of a step that is over, by their names in `info`; the reward is their sum."""
+        foreseen = dict(zip(self._foresight, self._foreseen, strict=True))
+        paid = {}
+        for i, (name, measure) in enumerate(zip(self._names, self._measures, strict=True)):
+            now = foreseen[i] if i in foreseen else measure(env)
+            paid[name] = 0.0 + self._scales[i] * (now - self._before[i])
+        paid[EFFORT] = 0.0 - self._effort_weight * effort
+        return paid
+
+    def nothing(self) -> dict[str, float]:
+        """The terms before the first step."""
+        return dict.fromkeys([*self._names, EFFORT], 0.0)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from farm_ar.arrays import FloatArray
 from farm_ar.envs.options import EnvOptions
 from farm_ar.envs.perceptions import UnsteadyHead, perception_of
 from farm_ar.envs.reids import reid_factory
@@ -55,11 +56,11 @@ def given_layout(scene: Scene, given: Layout | Mapping[str, Any]) -> Layout:
             given = {"position": given.position, "yaw": given.yaw}
         if given.keys() != {"position", "yaw"}:
             raise OptionError("keys", "must be position and yaw", list(given))
-        layout = scene.layout.with_poses(given["position"], given["yaw"])
+        layout = scene.layout.with_poses(*(_real(name, given[name]) for name in ("position", "yaw")))
         if layout.batch_shape:
             raise OptionError("position", f"must have shape ({len(layout)}, 2)", layout.position.shape)
         return layout
-    except (InputError, AttributeError, TypeError, ValueError) as problem:
+    except (InputError, AttributeError, TypeError, ValueError, OverflowError) as problem:
         expected = 'must be a Layout of the scene\'s objects or {"position": (N, 2), "yaw": (N,)}'
         raise OptionError("options.layout", f"{expected} ({problem})", type(given).__name__) from None
 
@@ -78,16 +79,24 @@ def given_camera(given: Camera | Mapping[str, Any], fov: FieldOfView) -> Camera:
         if isinstance(given, Camera):
             camera = given
         else:
-            values: dict[str, Any] = {"fov": fov, **given}
-            if isinstance(values["fov"], Mapping):
-                values["fov"] = FieldOfView(**values["fov"])
-            camera = Camera(**values)
+            values = {n: v if n == "fov" or v is None else _real(n, v) for n, v in given.items()}
+            seen: Any = values.pop("fov", fov)
+            camera = Camera(fov=FieldOfView(**seen) if isinstance(seen, Mapping) else seen, **values)
+            if not isinstance(camera.fov, FieldOfView):
+                raise OptionError("fov", "must be a FieldOfView or a mapping of its fields", camera.fov)
         if camera.batch_shape:
             raise OptionError("yaw", "must be one number", camera.yaw.tolist())
         return camera
-    except (InputError, TypeError, ValueError) as problem:
+    except (InputError, AttributeError, TypeError, ValueError, OverflowError) as problem:
         expected = 'must be one Camera or {"position", "yaw"} with "height", "pitch" and "fov" optional'
         raise OptionError("options.camera", f"{expected} ({problem})", type(given).__name__) from None
+
+
+def _real(name: str, values: Any) -> FloatArray:
+    array = np.asarray(values)
+    if array.dtype.kind not in "iuf":
+        raise OptionError(name, "must be real numbers", array.dtype.name)
+    return array.astype(np.float64)
 
 
 class VisitCameras:

@@ -28,11 +28,6 @@ class World(Protocol):
         ...
 
     @property
-    def phase_name(self) -> str:
-        """The phase as text."""
-        ...
-
-    @property
     def truth(self) -> Layout:
         """Where everything really is."""
         ...
@@ -101,11 +96,6 @@ class PlainScene:
         return np.column_stack(to_pymunk(self._position, self._yaw))
 
     @property
-    def phase_name(self) -> str:
-        """The phase as text."""
-        return self.phase.value
-
-    @property
     def truth(self) -> Layout:
         """Where everything really is."""
         if self._truth is None:
@@ -143,7 +133,7 @@ class PlainScene:
             belief.layout,
             belief.wrong,
             self.camera,
-            phase=self.phase.value,
+            phase=self.phase.text,
             caption=caption,
         )
 

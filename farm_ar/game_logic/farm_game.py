@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from enum import Enum
+from enum import IntEnum
 
 import numpy as np
 import numpy.typing as npt
@@ -42,11 +42,16 @@ WARM_UP_S = 8.0
 """How long animals have been leaving the shed when the game begins; those that would be home are."""
 
 
-class Phase(Enum):
-    """What is going on."""
+class Phase(IntEnum):
+    """What is going on: animals run, or the hand is in view and they do not."""
 
-    PLAY = "play"
-    HAND = "hand"
+    PLAY = 0
+    HAND = 1
+
+    @property
+    def text(self) -> str:
+        """Its name, for pictures."""
+        return self.name.lower()
 
 
 UNMOVED = Motion()
@@ -128,11 +133,6 @@ class FarmGame:
         return Phase.HAND if self._phase[steering.VISITED] else Phase.PLAY
 
     @property
-    def phase_name(self) -> str:
-        """The same as text."""
-        return "hand" if self._phase.item(steering.VISITED) else "play"
-
-    @property
     def clock(self) -> float:
         """Seconds played so far."""
         return float(self.flock.clock[running.NOW])
@@ -170,7 +170,7 @@ class FarmGame:
             believed=self.believed,
             wrong=self.tracker.belief.wrong,
             camera=self.camera,
-            phase=self.phase.value,
+            phase=self.phase.text,
             seconds=self.clock,
             counts=self.counters.counted,
             misplaced=self.counters.misplaced,

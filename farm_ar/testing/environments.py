@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import pickle
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import gymnasium as gym
@@ -46,7 +46,11 @@ def check_environment(make_env: MakeEnv, seed: int = 0, steps: int = 60, *, rend
 
 
 def check_values(make_env: MakeEnv, seed: int = 0, steps: int = 60) -> None:
-    """Bounds are finite; observations keep to them; rewards and infos are finite and Python's own types."""
+    """Bounds are finite; observations keep to them; rewards are finite, infos numbers or arrays.
+
+    Some vectorized environments (TorchRL's `GymEnv`) put what is in `info` beside the observation, as arrays:
+    no name may be in both.
+    """
     env = make_env()
     for path, space in _spaces_in(env.observation_space, "observation_space"):
         if isinstance(space, spaces.Box):
@@ -59,12 +63,22 @@ def check_values(make_env: MakeEnv, seed: int = 0, steps: int = 60) -> None:
         require(bool(np.isfinite(reward)), f"call {i}: reward is {reward}")
         for name, value in (("terminated", terminated), ("truncated", truncated)):
             require(type(value) is bool, f"call {i}: {name} must be a bool, is {type(value).__name__}")
-        for path, value in leaves(info, f"call {i}: info"):
-            python = not isinstance(value, np.generic)
-            require(python, f"{path} must be Python's own type, is {type(value).__name__}")
-            if isinstance(value, float):
-                require(bool(np.isfinite(value)), f"{path} is {value}")
+        _check_info(info, observation, f"call {i}: info")
     env.close()
+
+
+def _check_info(info: dict[str, Any], observation: Any, path: str) -> None:
+    """Every value is a number, of Python's own type and finite, or an array; no key is an observation's."""
+    both = set(info) & set(observation) if isinstance(observation, Mapping) else set()
+    require(not both, f"{path} has keys of the observation: {', '.join(sorted(both))}")
+    for where, value in leaves(info, path):
+        if isinstance(value, np.ndarray):
+            require(value.dtype.kind in "biuf", f"{where} must be of numbers, is of {value.dtype}")
+            continue
+        python = isinstance(value, int | float) and not isinstance(value, np.generic)
+        expected = "must be a number of Python's own type or an array"
+        require(python, f"{where} {expected}, is {type(value).__name__}")
+        require(bool(np.isfinite(value)), f"{where} is {value}")
 
 
 def check_determinism(make_env: MakeEnv, seed: int = 0, steps: int = 60) -> None:

@@ -141,7 +141,7 @@ def test_with_nothing_in_view_only_leaving_is_left():
     away = Camera(np.array([0.6, -1.0]), np.array(np.pi))
     _, info = env.reset(seed=0, options={"camera": away})
     np.testing.assert_array_equal(np.flatnonzero(env.action_masks()[:11]), [10])
-    assert info["margin"] == 1.0
+    assert info["paper_margin"] == 1.0
     observation, reward, over, _, info = env.step(np.array([10, 0, 0, 0]))
     assert (reward, over, info["accuracy"], info["wrong_labels"]) == (0.0, True, 1.0, 0)
     assert np.all(observation["margin"] == 1)

@@ -5,9 +5,11 @@ import re
 import runpy
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from farm_ar.envs import FarmToTableEnv
+from farm_ar.envs.rewards import REWARDS
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -19,6 +21,7 @@ SECTIONS = [
     "Starting State",
     "Episode End",
     "Arguments",
+    "Info",
     "Version History",
 ]
 
@@ -46,7 +49,13 @@ def test_every_part_of_an_observation_is_described(control):
         assert f"`{name}`" in text
 
 
-def test_every_info_is_described():
-    env = FarmToTableEnv()
-    _, info = env.reset(seed=0)
-    assert all(f"`{name}`" in inspect.getdoc(FarmToTableEnv) for name in info)
+@pytest.mark.parametrize("reward", REWARDS)
+def test_every_info_is_described_with_its_type(reward):
+    text = inspect.getdoc(FarmToTableEnv).partition("## Info")[2].partition("## ")[0]
+    described = dict(re.findall(r"^\| `([^`]+)`[^|]* \| ([^|]*) \|", text, re.MULTILINE))
+    _, info = FarmToTableEnv(reward=reward).reset(seed=0)
+    terms = {name for name in info if name.startswith("reward/")} - {"reward/effort"}
+    assert {"reward/identity" if name in terms else name for name in info} == set(described)
+    for name, value in info.items():
+        wanted = described["reward/identity" if name in terms else name]
+        assert wanted.endswith(value.dtype.name if isinstance(value, np.ndarray) else type(value).__name__)

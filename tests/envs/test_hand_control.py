@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from farm_ar.envs import FarmToTableEnv
+from farm_ar.game_logic.farm_game import Phase
 from farm_ar.reid import Identification
 
 STILL = np.array([0, 0, 0, -1], dtype=np.float32)
@@ -56,10 +57,10 @@ def hand_is_seen(env):
 def test_the_visit_begins_when_the_hand_comes_into_view(env, drive):
     infos = drive(env, (0.6, 0.2), grip=False)
     told = phases(infos)
-    assert told[0] == "play"
-    assert told[-1] == "hand"
-    first = told.index("hand")
-    assert set(told[first:]) == {"hand"}
+    assert told[0] == Phase.PLAY
+    assert told[-1] == Phase.HAND
+    first = told.index(Phase.HAND)
+    assert set(told[first:]) == {Phase.HAND}
     assert env.world.sightings == []
 
 
@@ -74,7 +75,7 @@ def test_it_ends_half_a_second_after_the_hand_has_left_empty(env, drive):
         *_, over, _, _ = env.step(STILL)
         assert not over
     *_, over, _, info = env.step(STILL)
-    assert (over, info["phase"], len(env.world.sightings)) == (True, "play", 1)
+    assert (over, info["phase"], len(env.world.sightings)) == (True, Phase.PLAY, 1)
 
 
 def test_a_hand_that_comes_back_within_half_a_second_is_still_on_its_visit(env, drive):
@@ -83,7 +84,7 @@ def test_a_hand_that_comes_back_within_half_a_second_is_still_on_its_visit(env, 
         drive(env, OUT, grip=False, most=4)
         assert not hand_is_seen(env)
         told = phases(drive(env, (0.6, 0.1), grip=False))
-        assert set(told) == {"hand"}
+        assert set(told) == {Phase.HAND}
     assert env.world.sightings == []
 
 
@@ -96,7 +97,7 @@ def test_a_building_carried_out_of_view_is_still_in_the_visit(env, drive, take):
     assert not hand_is_seen(env)
     for _ in range(20):
         *_, over, _, info = env.step(CLOSED)
-        assert (over, info["phase"]) == (False, "hand")
+        assert (over, info["phase"]) == (False, Phase.HAND)
     for _ in range(5):
         *_, over, _, _ = env.step(STILL)
     assert over
@@ -161,7 +162,7 @@ def test_when_its_time_is_up_the_hand_is_withdrawn_and_the_snapshot_taken(make, 
         count += 1
     assert count == 10
     assert env.world.tabletop.hand is None
-    assert (len(env.world.sightings), info["phase"]) == (1, "play")
+    assert (len(env.world.sightings), info["phase"]) == (1, Phase.PLAY)
     np.testing.assert_array_equal(observation["hand"], 0)
 
 
@@ -230,7 +231,7 @@ def test_a_second_visit_begins_with_the_hand_back_at_the_side(make, drive):
         observation, *_, over, _, info = env.step(STILL)
         if env.world.camera is not first:
             break
-    assert (over, info["phase"], len(env.world.sightings)) == (False, "play", 1)
+    assert (over, info["phase"], len(env.world.sightings)) == (False, Phase.PLAY, 1)
     np.testing.assert_allclose(env.world.tabletop.hand.position, [0.6, -0.5])
     np.testing.assert_allclose(observation["budget"], [1, 1, 1, 0.5])
 

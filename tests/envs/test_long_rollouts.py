@@ -61,7 +61,7 @@ def test_nothing_breaks(name, arguments, steps):
         observation, reward, over, _, info = env.step(action)
         assert all(np.isfinite(values).all() for values in observation.values())
         assert env.observation_space.contains(observation)
-        assert np.isfinite([reward, info["margin"], info["effort"]]).all()
+        assert np.isfinite([reward, info["paper_margin"], info["effort"]]).all()
         truth = inner.world.truth
         if name == SCENE:
             assert np.all((truth.position >= 0) & (truth.position <= inner.view.size))

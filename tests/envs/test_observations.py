@@ -96,7 +96,7 @@ def test_margins_are_what_the_cheapest_other_assignment_would_cost(plain, offset
     observation, info = env.reset(seed=0)
     # Both coops would have to go 10 cm, at 1 a metre; 0.3 is observed as 1.
     np.testing.assert_allclose(observation["margin"], [0.2 / 0.3, 0.2 / 0.3, 1])
-    assert info["margin"] == pytest.approx(0.2)
+    assert info["paper_margin"] == pytest.approx(0.2)
 
 
 def test_margins_out_of_view_are_one_and_rivals_out_of_view_still_count(plain, left_only):
@@ -104,7 +104,7 @@ def test_margins_out_of_view_are_one_and_rivals_out_of_view_still_count(plain, l
     np.testing.assert_array_equal(env.view.in_view, [True, False, False])
     # The left one could take the label of the other, which is not seen: 10 cm.
     np.testing.assert_allclose(observation["margin"], [0.1 / 0.3, 1, 1])
-    assert info["margin"] == pytest.approx(0.1)
+    assert info["paper_margin"] == pytest.approx(0.1)
 
 
 def test_margins_are_those_of_the_papers_rule():

@@ -1,6 +1,7 @@
 """Every option that cannot be used gives one error, which names it, what came, and what would be right."""
 
 import inspect
+import pickle
 from pathlib import Path
 
 import gymnasium as gym
@@ -42,7 +43,16 @@ ARGUMENTS = [
     ("budget_m", 10**400, "at most 1e+09"),
     ("visits", 10**20, "at most 1e+06"),
     ("play_seconds", 1e20, "at most 3600"),
-    ("animals_a_second", 1e308, "at most 1000"),
+    ("animals_a_second", 1e308, "at most 10000"),
+    ("budget_rad", 1e308, "at most 1e+09"),
+    ("budget", 1e300, "at most 1e+09"),
+    ("effort_weight", 1e308, "at most 1e+06"),
+    ("head_noise_deg", 1e308, "at most 360"),
+    ("moves", 10**9, "at most 1e+06"),
+    ("play_seconds", 1j, "a number not below 0"),
+    ("jitter", ["easy"], "default, easy, hard, none"),
+    ("action", np.array(["slot"]), "continuous, displacement, slot"),
+    ("control", None, "hand, layout, move"),
     ("effort_weight", -1, "a number not below 0"),
     ("play_seconds", None, "a number not below 0"),
     ("head_noise_deg", -3.0, "a number not below 0"),
@@ -60,7 +70,7 @@ def test_a_bad_argument_names_itself_and_what_is_right(name, value, right):
     assert message.startswith(f"{name}: must ")
     assert right in message
     assert "\n" not in message
-    assert caught.value.got is value or name == "scene"
+    assert caught.value.got is value or name == "scene" or caught.value.got == repr(value)
 
 
 def test_every_argument_has_a_bad_value_tried():
@@ -101,7 +111,54 @@ def test_numbers_of_numpy_are_taken_and_become_pythons():
     assert [type(arguments[name]) for name in ("visits", "budget_m", "sign")] == [int, float, int]
 
 
+FARM = builtin_scene("farm").layout
+FAR, TURNED = np.array(FARM.position), np.array(FARM.yaw)
+FAR[3, 1], TURNED[2] = -1.1e6, 7e6
+
 RESET = [
+    (
+        {"layout": {"position": FAR, "yaw": FARM.yaw}},
+        "position[3, 1]: must be finite, from -1e6 to 1e6 metres, got -1100000.0",
+    ),
+    (
+        {"layout": {"position": FARM.position, "yaw": TURNED}},
+        "yaw[2]: must be finite, at most 1e6 turns, got 7000000.0",
+    ),
+    (
+        {"layout": {"position": 1e308 * FARM.position, "yaw": FARM.yaw}},
+        "position[0, 0]: must be finite, from -1e6 to 1e6 metres, got 1.85e+307",
+    ),
+    ({"layout": {"position": FARM.position + 1j, "yaw": FARM.yaw}}, "options.layout: must be"),
+    ({"layout": {"position": "here", "yaw": FARM.yaw}}, "options.layout: must be"),
+    ({"layout": {1: 2}}, "options.layout: must be"),
+    (
+        {"camera": {"position": [0, 2e6], "yaw": 0}},
+        "camera.position[1]: must be finite, from -1e6 to 1e6 metres, got 2000000.0",
+    ),
+    (
+        {"camera": {"position": [0, 0], "yaw": -1e20}},
+        "camera.yaw: must be finite, at most 1e6 turns, got -1e+20",
+    ),
+    (
+        {"camera": {"position": [0, 0], "yaw": 0, "height": 1e9}},
+        "camera.height: must be finite, from -1e6 to 1e6 metres, got 1000000000.0",
+    ),
+    (
+        {"camera": {"position": [0, 0], "yaw": 0, "pitch": 1e9}},
+        "camera.pitch: must be finite, at most 1e6 turns, got 1000000000.0",
+    ),
+    ({"camera": {"position": [0, 0], "yaw": float("inf")}}, "options.camera: must be one Camera"),
+    ({"camera": {"position": [0, 0], "yaw": 1j}}, "options.camera: must be one Camera"),
+    ({"camera": {"position": {}, "yaw": 0}}, "options.camera: must be one Camera"),
+    ({"camera": {"position": np.array([0, 1j]), "yaw": 0}}, "options.camera: must be one Camera"),
+    ({"camera": {"position": [0, 10**400], "yaw": 0}}, "options.camera: must be one Camera"),
+    ({"camera": {"position": [0, 0], "yaw": "1"}}, "options.camera: must be one Camera"),
+    ({"camera": {"position": [0, 0], "yaw": 0, "fov": 7}}, "options.camera: must be one Camera"),
+    ({"camera": {"position": [0, 0], "yaw": 0, 1: 7}}, "options.camera: must be one Camera"),
+    ({"layout": {"position": [[10**400, 0]] * 11, "yaw": [0] * 11}}, "options.layout: must be"),
+    ({"camera": {}}, "options.camera: must be one Camera"),
+    ({1: 2}, "options: must hold layout and camera only, got 1"),
+    (7, "options: must be a mapping with layout and camera, both optional, got 7"),
     ({"lay-out": None}, "options: must hold layout and camera only, got 'lay-out'"),
     ({"layout": 5}, "options.layout: must be a Layout of the scene's objects"),
     ({"layout": {"position": [[0, 0]], "yaw": [0]}}, "options.layout: must be"),
@@ -141,6 +198,19 @@ BAD_ACTIONS = [
     ({"action": "continuous"}, [0, 0, 0, 0, float("nan")]),
     ({"control": "hand"}, [0, 0, 0]),
     ({"control": "layout"}, [[0] * 30]),
+    ({"control": "layout"}, np.zeros(30) + 1j),
+    ({"control": "hand"}, [0, 0, 1j, 0]),
+    ({"control": "hand"}, [0, float("inf"), 0, 0]),
+    ({"control": "hand"}, np.array([0, 0, 0, 0], dtype=object)),
+    ({"control": "hand"}, [10**400, 0, 0, 0]),
+    ({"control": "hand"}, np.array([np.longdouble("1e4000"), 0, 0, 0])),
+    ({"control": "hand"}, ["0", "0", "0", "0"]),
+    ({"control": "hand"}, np.array([0, 0, 0, 0], dtype="datetime64[s]")),
+    ({"control": "hand"}, [[0], [0, 0]]),
+    ({"control": "hand"}, {"velocity": 0}),
+    ({}, np.array([0, 3, 3, 3]) + 0j),
+    ({}, [10**30, 0, 0, 0]),
+    ({}, [True, True, True, True]),
 ]
 
 
@@ -149,10 +219,19 @@ def test_an_action_that_is_none_is_refused_and_leaves_no_trace(arguments, action
     env = FarmToTableEnv(**arguments)
     env.reset(seed=0)
     before = env.state_hash()
-    with pytest.raises(gym.error.InvalidAction, match="action: must be in"):
+    with pytest.raises(gym.error.InvalidAction, match="action: must be in") as caught:
         env.step(action)
+    assert "\n" not in str(caught.value)
+    assert pickle.loads(pickle.dumps(env)).state_hash() == before
     assert env.trace()["actions"] == []
     assert env.state_hash() == before
+
+
+def test_numbers_of_any_size_and_type_are_clipped_to_the_box():
+    for big in (np.array([1e308] * 30), np.array([2**62] * 30), np.array([np.float16(6e4)] * 30)):
+        env = FarmToTableEnv(control="layout", jitter="none", play_seconds=0.0)
+        env.reset(seed=0)
+        assert np.isfinite(env.step(big)[1])
 
 
 def test_numbers_beyond_the_box_are_clipped():

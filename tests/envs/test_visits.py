@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from farm_ar.envs import FarmToTableEnv
+from farm_ar.game_logic.farm_game import Phase
 
 LEAVE = np.array([10, 3, 3, 3])
 STAY = np.array([0, 3, 3, 3])
@@ -31,13 +32,13 @@ def test_a_visit_has_so_many_moves_and_an_episode_so_many_visits(moves, visits):
 def test_leaving_ends_the_visit_with_a_snapshot():
     env = FarmToTableEnv(visits=2)
     _, info = env.reset(seed=0)
-    assert info["phase"] == "hand"
+    assert info["phase"] == Phase.HAND
     assert env.world.sightings == []
     observation, _, over, _, info = env.step(LEAVE)
-    assert (over, len(env.world.sightings), info["phase"]) == (False, 1, "hand")
+    assert (over, len(env.world.sightings), info["phase"]) == (False, 1, Phase.HAND)
     np.testing.assert_array_equal(observation["budget"], np.float32([1, 1, 1, 0.5]))
     *_, over, _, info = env.step(LEAVE)
-    assert (over, len(env.world.sightings), info["phase"]) == (True, 2, "play")
+    assert (over, len(env.world.sightings), info["phase"]) == (True, 2, Phase.PLAY)
 
 
 def test_a_whole_layout_is_a_visit_of_one_step():
@@ -101,7 +102,8 @@ def test_play_goes_on_for_so_long_within_the_step_that_ends_the_visit(seconds):
 def test_infos_tell_of_the_last_snapshot_and_of_all_animals_gone_astray():
     env = FarmToTableEnv(visits=2, play_seconds=20.0, jitter="none")
     _, info = env.reset(seed=0)
-    assert set(info) == {"accuracy", "wrong_labels", "margin", "effort", "miscounts", "phase"}
+    always = {"accuracy", "wrong_labels", "paper_margin", "effort", "miscounts", "phase"}
+    assert set(info) == always | {"reward/identity", "reward/effort", "action_mask"}
     assert (info["accuracy"], info["wrong_labels"], info["miscounts"]) == (1.0, 0, 0)
     env.step(LEAVE)
     *_, info = env.step(LEAVE)
@@ -112,8 +114,8 @@ def test_infos_tell_of_the_last_snapshot_and_of_all_animals_gone_astray():
 def test_without_the_game_there_are_visits_too(plain, offsets):
     env = plain(visits=2)
     _, info = env.reset(seed=0)
-    assert info["phase"] == "hand"
+    assert info["phase"] == Phase.HAND
     *_, over, _, info = env.step(offsets())
-    assert (over, info["phase"]) == (False, "hand")
+    assert (over, info["phase"]) == (False, Phase.HAND)
     *_, over, _, info = env.step(offsets())
-    assert (over, info["phase"]) == (True, "play")
+    assert (over, info["phase"]) == (True, Phase.PLAY)

@@ -49,6 +49,18 @@ class NumpyInfo(Sound):
         return *rest, {**info, "accuracy": np.float64(info["accuracy"])}
 
 
+class Speaking(Sound):
+    def step(self, action):
+        *rest, info = super().step(action)
+        return *rest, {**info, "phase": "hand"}
+
+
+class Repeating(Sound):
+    def reset(self, **arguments):
+        observation, info = super().reset(**arguments)
+        return observation, {**info, "margin": 0.5}
+
+
 class NumpyEnd(Sound):
     def step(self, action):
         observation, reward, over, *rest = super().step(action)
@@ -124,8 +136,10 @@ BROKEN = [
     (
         NumpyInfo,
         environments.check_values,
-        r"call 1: info\['accuracy'\] must be Python's own type, is float64",
+        r"call 1: info\['accuracy'\] must be a number of Python's own type or an array, is float64",
     ),
+    (Speaking, environments.check_values, r"call 1: info\['phase'\] must be a number .* or an array, is str"),
+    (Repeating, environments.check_values, r"call 0: info has keys of the observation: margin"),
     (NumpyEnd, environments.check_values, "call 1: terminated must be a bool, is bool"),
     (Unbounded, environments.check_values, r"observation_space\['camera'\]: every bound must be finite"),
     (Moody, environments.check_determinism, r"two environments with one seed: reward differs after call \d+"),
