@@ -1,5 +1,6 @@
 """The array types that flow through farm-ar, what values they may hold, and how a record keeps them safe."""
 
+import re
 from dataclasses import dataclass, fields
 from types import MappingProxyType
 from typing import Any, Self
@@ -40,6 +41,22 @@ SPEED = Limits(1e-6, 1e6, "must be a positive number, from 1e-6 to 1e6 metres a 
 WEIGHT = Limits(0.0, 1e6, "must be a number not below 0, at most 1e6")
 SECONDS = Limits(0.0, 3600.0, "must be a number of seconds from 0 to 3600")
 SHARE = Limits(0.0, 1.0, "must be from 0 to 1")
+
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+_WHOLE = re.compile(r"[+-]?\d{1,30}", re.ASCII)
+
+
+def number_in(text: str) -> float | None:
+    """The number that a text says in digits, with a point; None for all else that Python would take.
+
+    No underscores, no digits of other scripts, no names of infinity; too large a number is infinite.
+    """
+    return float(text) if _NUMBER.fullmatch(text.strip(" \t")) else None
+
+
+def whole_in(text: str) -> int | None:
+    """The whole number, of up to 30 digits, that a text says; None for all else."""
+    return int(text) if _WHOLE.fullmatch(text.strip(" \t")) else None
 
 
 def read_only(

@@ -5,6 +5,9 @@ from collections.abc import Iterable
 LONGEST_VALUE = 120
 """How much of a value an error shows, in characters."""
 
+LONGEST_WORDS = 1000
+"""How much it says of what would be right, in characters: there may be thousands of labels."""
+
 
 class InputError(ValueError):
     """A value from outside that cannot be used.
@@ -24,7 +27,10 @@ class InputError(ValueError):
         where = f"{self.source}: {self.field}" if self.source else self.field
         got = repr(self.got)
         shown = got if len(got) <= LONGEST_VALUE else f"{got[:LONGEST_VALUE]} ..."
-        return f"{where}: {self.expected}, got {shown}"
+        expected = self.expected
+        if len(expected) > LONGEST_WORDS:
+            expected = f"{expected[:LONGEST_WORDS]} ..."
+        return escaped(f"{where}: {expected}, got {shown}")
 
 
 class SceneError(InputError):
@@ -45,6 +51,11 @@ class UnfinishedError(RuntimeError):
 
 class MissingPackageError(ImportError):
     """A package is needed that this installation does not have; says what to install."""
+
+
+def escaped(text: str) -> str:
+    """The text with whatever would steer a terminal written out as a code: names come from any file."""
+    return text if text.isprintable() else "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
 def known_name(field: str, name: str, names: Iterable[str]) -> str:

@@ -8,8 +8,10 @@ from types import MappingProxyType
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from farm_ar.arrays import FloatArray, Record, first_wrong, read_only
+from farm_ar.arrays import FloatArray, Record, first_wrong, number_in, read_only, whole_in
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,3 +71,40 @@ def test_a_trusted_record_is_not_checked_and_its_arrays_become_read_only():
     shelf.names["top"] = 2  # as it was given, where the constructor would have made it safe
     with pytest.raises(ValueError, match="read-only"):
         shelf.weight[0] = 1.0
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_a_number_in_text_is_what_python_wrote(number):
+    assert number_in(repr(number)) == number
+    assert number_in(f" {number!r}\t") == number
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        " ",
+        "1_2",
+        "1e1_0",
+        "\u0661\u0662",
+        "\uff11",
+        "nan",
+        "inf",
+        "-Infinity",
+        "0x10",
+        "1,5",
+        "1 2",
+        "+",
+        ".",
+        "e5",
+    ],
+)
+def test_what_only_python_takes_for_a_number_is_none(text):
+    assert number_in(text) is None
+    assert whole_in(text) is None
+
+
+def test_whole_numbers_in_text_have_no_point():
+    assert (whole_in("-7"), whole_in("+07 "), whole_in("7.0"), whole_in("1e3")) == (-7, 7, None, None)
+    assert whole_in("9" * 30) == 10**30 - 1
+    assert whole_in("9" * 5000) is None

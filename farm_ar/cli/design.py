@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from farm_ar.cli.options import Seed, number
+
 if TYPE_CHECKING:
     from farm_ar.agents.design import Design
 
@@ -23,9 +25,10 @@ def design(
         ),
     ] = None,
     yaw_limit_deg: Annotated[
-        float, typer.Option(metavar="DEG", help="How far objects may be turned either way.")
+        float,
+        typer.Option(metavar="DEG", parser=number(0, 180), help="How far objects may be turned either way."),
     ] = 30.0,
-    seed: Annotated[int, typer.Option(help="Where all randomness comes from.")] = 0,
+    seed: Seed = 0,
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw the layout, .svg or .png.")] = Path(
         "out/design.svg"
     ),
@@ -93,12 +96,13 @@ def _draw(found: Design, path: Path) -> None:
 
 def _counts(text: str) -> dict[str, int]:
     """Numbers by kind from "coop=5,hutch=4"."""
+    from farm_ar.arrays import whole_in
     from farm_ar.errors import OptionError
 
     counts: dict[str, int] = {}
     for part in text.split(","):
         kind, equals, number = part.partition("=")
-        if not equals or not number.isdigit() or kind in counts:
+        if not equals or (count := whole_in(number)) is None or count < 0 or kind in counts:
             raise OptionError("--objects", "must be KIND=N,KIND=N,... with each kind once", text)
-        counts[kind] = int(number)
+        counts[kind] = count
     return counts

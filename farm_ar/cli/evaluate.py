@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from farm_ar.cli.options import Seed, whole
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
@@ -20,7 +22,7 @@ def evaluate(
             help="Folders of runs that differ in the seed, or a player that comes with farm-ar.",
         ),
     ],
-    episodes: Annotated[int, typer.Option(metavar="N", min=2, help="Held-out episodes.")] = 100,
+    episodes: Annotated[int, typer.Option(metavar="N", parser=whole(2), help="Held-out episodes.")] = 100,
     beside: Annotated[
         str,
         typer.Option(
@@ -33,7 +35,7 @@ def evaluate(
     arg: Annotated[
         list[str] | None, typer.Option(metavar="NAME=VALUE", help="Another argument of the environment.")
     ] = None,
-    seed: Annotated[int, typer.Option(metavar="N", min=0, help="Of the players that need one.")] = 0,
+    seed: Seed = 0,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")] = False,
 ) -> None:
     """Play held-out episodes with trained players and with others.

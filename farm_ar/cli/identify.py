@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from farm_ar.cli.options import number
+
 
 def identify(
     scene: Annotated[
@@ -37,6 +39,7 @@ def identify(
         float | None,
         typer.Option(
             metavar="T",
+            parser=number(),
             help="Sites to consider: 0 for the camera's own only, to 1, the default, for all. (*)",
         ),
     ] = None,
@@ -55,7 +58,9 @@ def identify(
     min_confidence: Annotated[
         float | None,
         typer.Option(
-            metavar="P", help="Give no label that is less probable; 0 by default. Of the rule likelihood."
+            metavar="P",
+            parser=number(),
+            help="Give no label that is less probable; 0 by default. Of the rule likelihood.",
         ),
     ] = None,
     explain: Annotated[

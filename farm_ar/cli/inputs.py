@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from farm_ar.arrays import number_in
 from farm_ar.errors import OptionError
 from farm_ar.scenes import (
     BUILTIN,
@@ -109,11 +110,9 @@ def numbers(option: str, text: str, form: str) -> list[float]:
     Raises:
         OptionError: there are more or fewer, or one is not a finite number.
     """
-    try:
-        values = [float(part) for part in text.split(",")]
-    except ValueError:
-        values = []
-    if len(values) != len(form.split(",")) or not all(math.isfinite(value) for value in values):
+    values = [value for part in text.split(",") if (value := number_in(part)) is not None]
+    right = len(values) == len(form.split(",")) == text.count(",") + 1
+    if not right or not all(math.isfinite(value) for value in values):
         raise OptionError(option, f"must be {form}, all of them numbers", text)
     return values
 

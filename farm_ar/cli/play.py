@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from farm_ar.cli.options import Seed
+
 if TYPE_CHECKING:
     from farm_ar.game_logic.moment import Moment
     from farm_ar.showcases.draft import Draft
@@ -30,7 +32,7 @@ def play(
         str, typer.Option(metavar="SCENE", help='"farm", or a scene file with a fixed object.')
     ] = "farm",
     gaze: Annotated[str, typer.Option(metavar="SITE", help='The site you look at, or "sweep".')] = "S1",
-    seed: Annotated[int, typer.Option(min=0, help="Of the game's randomness.")] = 0,
+    seed: Seed = 0,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Where the pictures go.")] = Path("out"),
     save: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Save the moves as a script for `farm-ar demo`.")
@@ -42,7 +44,7 @@ def play(
     draws a picture. Can you make it take one building for another?
     """
     from farm_ar.cli.output import print_line
-    from farm_ar.cli.places import make_folder
+    from farm_ar.cli.places import make_folder, writing
     from farm_ar.showcases.draft import Draft
 
     draft = Draft(scene, gaze, seed)
@@ -55,7 +57,8 @@ def play(
     if save is not None:
         from farm_ar.scenes.files import write_text
 
-        write_text(save, draft.text())
+        with writing("--save", save):
+            write_text(save, draft.text())
         print_line(f"Saved {save}; film it with: farm-ar demo {save}")
 
 

@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from farm_ar.cli.options import Seed, whole
+
 EXPERIMENTS = (
     "all",
     "table1",
@@ -31,13 +33,19 @@ def reproduce(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Where the results go.")] = Path("out"),
     layouts: Annotated[
         int | None,
-        typer.Option(metavar="N", help="Noisy layouts at each noise level; 20 by default, 5 with --quick."),
+        typer.Option(
+            metavar="N",
+            parser=whole(1),
+            help="Noisy layouts at each noise level; 20 by default, 5 with --quick.",
+        ),
     ] = None,
     workers: Annotated[
         int | None,
-        typer.Option(metavar="N", help="Processes that share the work; one per core by default."),
+        typer.Option(
+            metavar="N", parser=whole(1, 1000), help="Processes that share the work; one per core by default."
+        ),
     ] = None,
-    seed: Annotated[int, typer.Option(metavar="N", help="Seed of the random numbers.")] = 0,
+    seed: Seed = 0,
     quick: Annotated[bool, typer.Option("--quick", help="A smaller version, in under two minutes.")] = False,
     fresh: Annotated[
         bool, typer.Option("--fresh", help="Start over, rather than go on with what is finished in DIR.")

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from farm_ar.cli.options import Seed, number, whole
+
 LEGEND = (
     "D: effort summed over the objects moved, each way / the room's diagonal + sin(turn / 2).",
     "as a way: how far an object goes for that effort, without turning.",
@@ -49,22 +51,33 @@ def stress(
         ),
     ] = None,
     queries: Annotated[
-        int, typer.Option(metavar="N", help="Snapshots that an attack may ask about in a case.")
+        int,
+        typer.Option(metavar="N", parser=whole(1), help="Snapshots that an attack may ask about in a case."),
     ] = 2000,
-    cases: Annotated[int, typer.Option(metavar="N", help="How many layouts and cameras.")] = 40,
+    cases: Annotated[
+        int, typer.Option(metavar="N", parser=whole(1), help="How many layouts and cameras.")
+    ] = 40,
     budget: Annotated[
-        float, typer.Option(metavar="D", help="Effort that a perturbation may take, summed over the objects.")
+        float,
+        typer.Option(
+            metavar="D", parser=number(), help="Effort that a perturbation may take, summed over the objects."
+        ),
     ] = 1.0,
     jitter: Annotated[
         str, typer.Option(help="How far layouts stray from the scene's: none, easy, default or hard.")
     ] = "default",
-    seed: Annotated[int, typer.Option(help="Where all randomness comes from.")] = 0,
-    workers: Annotated[int, typer.Option(help="Processes; the results do not depend on it.")] = 1,
+    seed: Seed = 0,
+    workers: Annotated[
+        int,
+        typer.Option(metavar="N", parser=whole(1, 1000), help="Processes; the results do not depend on it."),
+    ] = 1,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Where the report goes.")] = Path("out/stress"),
     fail_under: Annotated[
         float | None,
         typer.Option(
-            metavar="D", help="Exit code 1 if the median least perturbation of a rule is below this."
+            metavar="D",
+            parser=number(),
+            help="Exit code 1 if the median least perturbation of a rule is below this.",
         ),
     ] = None,
 ) -> None:
@@ -142,7 +155,9 @@ def attacks_asked_for(names: str, player: str | None) -> tuple[str, ...]:
 
 def stress_replay(
     report: Annotated[Path, typer.Argument(metavar="FILE", help="stress.json of a stress test.")],
-    failure: Annotated[int, typer.Argument(metavar="N", help="Which failure, as the report numbers them.")],
+    failure: Annotated[
+        int, typer.Argument(metavar="N", parser=whole(0), help="Which failure, as the report numbers them.")
+    ],
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw the answer, .svg or .png.")] = None,
 ) -> None:
     """Play a failure of a stress test again; exit code 1 if it is not the same to the last bit."""

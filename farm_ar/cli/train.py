@@ -7,6 +7,8 @@ from typing import Annotated, Any
 
 import typer
 
+from farm_ar.cli.options import whole
+
 GOING_ON = ("run", "resume", "steps", "progress")
 """The options that a run that goes on may be given; the others are its own already."""
 
@@ -26,26 +28,31 @@ def train(
         int | None,
         typer.Option(
             metavar="N",
-            min=1,
+            parser=whole(1),
             help="Steps in all, rounded up to whole rollouts; the recipe's, or the run's, by default.",
         ),
     ] = None,
     imitate: Annotated[
         int | None,
         typer.Option(
-            metavar="N", min=0, help="The first of them, in which a planner shows what it would do."
+            metavar="N", parser=whole(0), help="The first of them, in which a planner shows what it would do."
         ),
     ] = None,
     rehearse: Annotated[
-        int | None, typer.Option(metavar="N", min=0, help="Steps after those without physics; 0 for none.")
+        int | None,
+        typer.Option(metavar="N", parser=whole(0), help="Steps after those without physics; 0 for none."),
     ] = None,
-    seed: Annotated[int, typer.Option(metavar="N", min=0, help="Seed of everything.")] = 0,
+    seed: Annotated[
+        int, typer.Option(metavar="N", parser=whole(0, 2**32 - 1), help="Seed of everything.")
+    ] = 0,
     recipe: Annotated[
         Path | None, typer.Option(metavar="FILE", help="YAML of hyperparameters, keyed by environment id.")
     ] = None,
-    eval_every: Annotated[int, typer.Option(metavar="N", min=1, help="Steps between evaluations.")] = 10_000,
-    eval_episodes: Annotated[int, typer.Option(metavar="N", min=1, help="Episodes of each.")] = 50,
-    threads: Annotated[int, typer.Option(metavar="N", min=1, help="Threads of the network.")] = 1,
+    eval_every: Annotated[
+        int, typer.Option(metavar="N", parser=whole(1), help="Steps between evaluations.")
+    ] = 10_000,
+    eval_episodes: Annotated[int, typer.Option(metavar="N", parser=whole(1), help="Episodes of each.")] = 50,
+    threads: Annotated[int, typer.Option(metavar="N", parser=whole(1), help="Threads of the network.")] = 1,
     processes: Annotated[
         bool, typer.Option("--processes", help="A process for each environment, in place of one for all.")
     ] = False,

@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from farm_ar.cli.options import whole
+
 
 def watch(
     run: Annotated[
@@ -20,8 +22,10 @@ def watch(
             metavar="FILE", help="The film, .mp4 or .gif; RUN/watch.mp4, or out/RUN.mp4, by default."
         ),
     ] = None,
-    episodes: Annotated[int, typer.Option(metavar="N", min=1, help="How many.")] = 2,
-    seed: Annotated[int, typer.Option(metavar="N", min=0, help="Of the first; the others follow.")] = 0,
+    episodes: Annotated[int, typer.Option(metavar="N", parser=whole(1), help="How many.")] = 2,
+    seed: Annotated[
+        int, typer.Option(metavar="N", parser=whole(0, 2**31), help="Of the first; the others follow.")
+    ] = 0,
     which: Annotated[str, typer.Option(metavar="NAME", help="best (by the evaluations) or last.")] = "best",
     arg: Annotated[
         list[str] | None, typer.Option(metavar="NAME=VALUE", help="Another argument of the environment.")

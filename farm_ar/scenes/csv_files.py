@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from farm_ar.arrays import POSITION, SIDE, FloatArray, Limits
+from farm_ar.arrays import POSITION, SIDE, FloatArray, Limits, number_in
 from farm_ar.errors import InputError, SceneError, SnapshotError
 from farm_ar.scenes.camera import Camera
 from farm_ar.scenes.documents import DEGREES, written
-from farm_ar.scenes.files import number_in, read_text
+from farm_ar.scenes.files import read_text
 from farm_ar.scenes.layout import Layout
 from farm_ar.scenes.scene import Scene
 from farm_ar.scenes.snapshot import Detections, Snapshot

@@ -1,11 +1,10 @@
-"""Text files: read where they are plain files, written whole or not at all; numbers in text."""
+"""Text files: read where they are plain files, written whole or not at all."""
 
 from __future__ import annotations
 
 import codecs
 import json
 import os
-import re
 import stat
 from pathlib import Path
 from typing import Any
@@ -20,8 +19,6 @@ MOST_BYTES = 64 * 2**20
 """The largest file that is read."""
 
 _MARKS = {codecs.BOM_UTF32_LE: "UTF-32", codecs.BOM_UTF16_LE: "UTF-16", codecs.BOM_UTF16_BE: "UTF-16"}
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
-_WHOLE = re.compile(r"[+-]?\d{1,30}", re.ASCII)
 
 
 def read_text(path: str | os.PathLike[str], error: type[InputError], kind: str) -> str:
@@ -94,19 +91,6 @@ def write_text(path: str | os.PathLike[str], text: str) -> None:
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
-
-
-def number_in(text: str) -> float | None:
-    """The number that a text says in digits, with a point; None for all else that Python would take.
-
-    No underscores, no digits of other scripts, no names of infinity; too large a number is infinite.
-    """
-    return float(text) if _NUMBER.fullmatch(text.strip(" \t")) else None
-
-
-def whole_in(text: str) -> int | None:
-    """The whole number, of up to 30 digits, that a text says; None for all else."""
-    return int(text) if _WHOLE.fullmatch(text.strip(" \t")) else None
 
 
 def degrees(angle: float | FloatArray) -> float:

@@ -1,3 +1,4 @@
+import errno
 import subprocess
 import sys
 
@@ -123,10 +124,26 @@ def test_an_error_of_ours_keeps_its_traceback(run, monkeypatch):
 @pytest.mark.parametrize(
     "arguments", [["nonsense"], ["scenes", "nonsense"], ["identify", "--nonsense"], ["identify"]]
 )
-def test_a_misused_command_is_refused_in_a_few_plain_lines(run, arguments):
-    result = run(*arguments)
-    assert result.exit_code == 2
-    assert result.stdout == ""
-    assert "Error: " in result.stderr
-    assert len(result.stderr.splitlines()) <= 4
-    assert result.stderr.isascii()
+def test_a_misused_command_is_refused_in_one_line(mistake, arguments):
+    line = mistake(*arguments)
+    assert line.startswith("Error: ")
+    assert line.endswith("--help'.")
+    assert line.isascii()
+
+
+def test_what_the_operating_system_refuses_is_one_line(mistake, monkeypatch):
+    def fail():
+        raise OSError(errno.ENOSPC, "No space left on device", "a\x1b[31m.mp4")
+
+    monkeypatch.setattr(farm_ar.scenes, "scene_schema", fail)
+    assert mistake("scenes", "schema") == (r"OSError: [Errno 28] No space left on device: 'a\x1b[31m.mp4'")
+
+
+def test_no_error_steers_the_terminal(mistake, monkeypatch):
+    def fail():
+        raise SceneError("a\x1b[31m", "must be one of \x07, \u202e", "b\n", "c\r.json")
+
+    monkeypatch.setattr(farm_ar.scenes, "scene_schema", fail)
+    assert mistake("scenes", "schema") == (
+        r"SceneError: c\r.json: a\x1b[31m: must be one of \x07, \u202e, got 'b\n'"
+    )

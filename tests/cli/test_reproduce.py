@@ -84,6 +84,13 @@ def test_a_folder_that_takes_no_files_is_refused_before_the_work(mistake, given,
     assert not given
 
 
+def invalid(option: str, most: int) -> str:
+    return (
+        f"Error: Invalid value for '--{option}': must be a whole number from 1 to {most}, got '0'. "
+        "Try 'farm-ar reproduce --help'."
+    )
+
+
 @pytest.mark.parametrize(
     ("arguments", "line"),
     [
@@ -91,8 +98,8 @@ def test_a_folder_that_takes_no_files_is_refused_before_the_work(mistake, given,
             ["table9"],
             f"OptionError: what: must be one of {', '.join(sorted(EXPERIMENTS[1:]))}, got 'table9'",
         ),
-        (["--layouts", "0"], "OptionError: layouts: must be a whole number not below 1, got 0"),
-        (["--workers", "0"], "OptionError: workers: must be a whole number not below 1, got 0"),
+        (["--layouts", "0"], invalid("layouts", 10**9)),
+        (["--workers", "0"], invalid("workers", 1000)),
         (
             ["--scenes", "nowhere"],
             "SceneError: scenes: must be a folder with L1.json to H2.json, got 'nowhere'",

@@ -7,8 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from farm_ar.errors import SceneError, SnapshotError
 from farm_ar.scenes import (
@@ -22,7 +20,7 @@ from farm_ar.scenes import (
     save_scene,
     save_snapshot,
 )
-from farm_ar.scenes.files import MOST_BYTES, number_in, whole_in, write_text
+from farm_ar.scenes.files import MOST_BYTES, write_text
 
 SCENE = Scene("room", (5, 4), Layout(("a",), ("chair",), [(1, 2)], [0.5], [(1, 1, 1)]))
 SNAPSHOT = Snapshot(Camera([1, 2], 0.5), Detections(("chair",), [(1, 2)], [0.5], [(1, 1, 1)]))
@@ -105,43 +103,6 @@ def test_a_file_larger_than_any_is_refused_before_it_is_read_whole(tmp_path, loa
 def test_a_name_that_no_file_can_have_is_refused(load, error):
     with pytest.raises(error, match="must be a readable file"):
         load("a\0b.json")
-
-
-@given(st.floats(allow_nan=False, allow_infinity=False))
-def test_a_number_in_text_is_what_python_wrote(number):
-    assert number_in(repr(number)) == number
-    assert number_in(f" {number!r}\t") == number
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "",
-        " ",
-        "1_2",
-        "1e1_0",
-        "\u0661\u0662",
-        "\uff11",
-        "nan",
-        "inf",
-        "-Infinity",
-        "0x10",
-        "1,5",
-        "1 2",
-        "+",
-        ".",
-        "e5",
-    ],
-)
-def test_what_only_python_takes_for_a_number_is_none(text):
-    assert number_in(text) is None
-    assert whole_in(text) is None
-
-
-def test_whole_numbers_in_text_have_no_point():
-    assert (whole_in("-7"), whole_in("+07 "), whole_in("7.0"), whole_in("1e3")) == (-7, 7, None, None)
-    assert whole_in("9" * 30) == 10**30 - 1
-    assert whole_in("9" * 5000) is None
 
 
 @pytest.mark.parametrize(("load", "error"), LOADERS)
