@@ -8,8 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray
-from farm_ar.envs.jitter import StartingLayouts
-from farm_ar.envs.starting import VisitCameras
+from farm_ar.envs.generator import StartingLayouts, VisitCameras
 from farm_ar.game_logic.headset import field_of_view
 from farm_ar.geometry import footprint_corners, footprints_overlap
 from farm_ar.scenes import Camera, Layout, Scene, visible

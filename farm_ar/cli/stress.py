@@ -92,7 +92,7 @@ def stress(
     from farm_ar.agents.stress.wording import in_metres, number, ratio, share
     from farm_ar.cli.output import print_line, print_table
     from farm_ar.cli.places import make_folder, writing
-    from farm_ar.envs.starting import scene_of
+    from farm_ar.envs.generator import scene_of
     from farm_ar.sweeps import make_executor
     from farm_ar.sweeps.progress import shown
 

@@ -1,7 +1,7 @@
 """The Gymnasium environments. Importing `farm_ar` registers them."""
 
-from farm_ar.envs.entry_point import make_farm_to_table
-from farm_ar.envs.farm_to_table import FarmToTableEnv
+from farm_ar.envs.env import FarmToTableEnv
+from farm_ar.envs.registration import make_farm_to_table
 from farm_ar.envs.trace import TraceError, first_difference, load_trace, replay, save_trace
 
 __all__ = [

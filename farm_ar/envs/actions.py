@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from math import isfinite
 from typing import Any, Protocol
 
@@ -10,11 +11,26 @@ import numpy as np
 from gymnasium import spaces
 from gymnasium.error import InvalidAction
 
-from farm_ar.arrays import BoolArray
-from farm_ar.envs.moves import Move
+from farm_ar.arrays import BoolArray, FloatArray
 from farm_ar.envs.table import TableView
 from farm_ar.errors import LONGEST_VALUE
 from farm_ar.geometry import wrap
+
+
+@dataclass(frozen=True, eq=False)
+class Move:
+    """One pick-and-place.
+
+    Args:
+        index: the object, as the layout numbers them.
+        displacement: (2,) metres in x and z.
+        turn: radians, clockwise.
+    """
+
+    index: int
+    displacement: FloatArray
+    turn: float
+
 
 _SINGLE = np.dtype(np.float32)
 

@@ -6,7 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
-from farm_ar.envs.moves import Move
+from farm_ar.envs.actions import Move
 from farm_ar.game_logic.motion import Motion
 from farm_ar.game_logic.tabletop import Most
 

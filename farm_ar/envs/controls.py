@@ -9,9 +9,8 @@ import numpy as np
 from gymnasium import spaces
 
 from farm_ar.arrays import BoolArray
-from farm_ar.envs.actions import MoveAction
+from farm_ar.envs.actions import Move, MoveAction
 from farm_ar.envs.budget import Budget
-from farm_ar.envs.moves import Move
 from farm_ar.envs.table import TableView
 from farm_ar.envs.worlds import World
 from farm_ar.game_logic.farm_game import UNMOVED, FarmGame

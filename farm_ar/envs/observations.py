@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium import spaces
 
-from farm_ar.envs.reading import NO_RIVAL, Reading
+from farm_ar.envs.features import NO_RIVAL, Reading
 from farm_ar.envs.worlds import World
 from farm_ar.game_logic.farm_game import FarmGame
 from farm_ar.scenes import Layout, Scene

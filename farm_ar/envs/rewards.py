@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from farm_ar.envs.farm_to_table import FarmToTableEnv
+    from farm_ar.envs.env import FarmToTableEnv
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
-from farm_ar.envs.meeting import line_up
+from farm_ar.envs.ordering import line_up
 from farm_ar.game_logic import sight
 from farm_ar.reid import dimension_cost, rotation_cost, solve_assignment, total_cost, translation_cost
 from farm_ar.reid.margins import margins

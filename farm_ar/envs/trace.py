@@ -19,7 +19,7 @@ from farm_ar.scenes import Camera, Layout
 from farm_ar.scenes.files import read_json, write_text
 
 if TYPE_CHECKING:
-    from farm_ar.envs.farm_to_table import FarmToTableEnv
+    from farm_ar.envs.env import FarmToTableEnv
 
 Json = Any
 
@@ -98,7 +98,7 @@ def first_difference(trace: Mapping[str, Json]) -> int | None:
     Returns:
         The first step after which the state is another, 0 for the reset; None if all are bit-exact.
     """
-    from farm_ar.envs.farm_to_table import FarmToTableEnv
+    from farm_ar.envs.env import FarmToTableEnv
 
     env = FarmToTableEnv(**trace["arguments"])
     states = Trace(trace["generator"], trace["options"], trace["actions"]).states(env)
@@ -139,7 +139,7 @@ def replay(trace: Mapping[str, Json], env: FarmToTableEnv | None = None) -> str:
         trace: as `FarmToTableEnv.trace` gives it.
         env: where to play it; by default an environment made with the trace's arguments.
     """
-    from farm_ar.envs.farm_to_table import FarmToTableEnv
+    from farm_ar.envs.env import FarmToTableEnv
 
     env = env or FarmToTableEnv(**trace["arguments"])
     Trace(trace["generator"], trace["options"], trace["actions"]).play_in(env)

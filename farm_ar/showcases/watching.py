@@ -45,7 +45,7 @@ def watch_episode(
     env.reset(seed=seed)
     frames: list[Image] = []
     pictures = GameFrames(env.world.tracker.scene, HEIGHT)
-    stepwise = not isinstance(env.world, FarmGame) or env.options.control == "hand"
+    stepwise = not isinstance(env.world, FarmGame) or env.config.control == "hand"
 
     def show() -> None:
         frames.append(pictures.frame(env.world.moment(caption)))

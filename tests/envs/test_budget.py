@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from farm_ar.envs import FarmToTableEnv
+from farm_ar.envs.actions import Move
 from farm_ar.envs.budget import EffortBudget, MotionBudget
-from farm_ar.envs.moves import Move
 from farm_ar.game_logic.headset import field_of_view, look_at
 from farm_ar.game_logic.motion import Motion
 

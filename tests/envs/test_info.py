@@ -60,7 +60,7 @@ def test_info_and_observation_can_be_laid_side_by_side_as_arrays(played):
 def test_a_reward_is_the_sum_of_its_terms(played):
     env, given = played
     names = {"margin": {"identity", "margin"}, "clutter": {"identity", "clutter"}}
-    wanted = names.get(env.options.reward, {env.options.reward}) | {"effort"}
+    wanted = names.get(env.config.reward, {env.config.reward}) | {"effort"}
     for _, reward, info in given:
         paid = {name: value for name, value in info.items() if name.startswith("reward/")}
         assert set(paid) == {f"reward/{name}" for name in wanted}
@@ -70,7 +70,7 @@ def test_a_reward_is_the_sum_of_its_terms(played):
 
 def test_the_mask_is_that_of_the_method_where_there_is_one(played):
     env, given = played
-    if env.options.action not in ("displacement", "slot"):
+    if env.config.action not in ("displacement", "slot"):
         assert all("action_mask" not in info for *_, info in given)
         return
     np.testing.assert_array_equal(given[-1][2]["action_mask"], env.action_masks())

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from farm_ar.envs import FarmToTableEnv
-from farm_ar.envs.jitter import StartingLayouts
-from farm_ar.envs.placing import boxes_overlap
+from farm_ar.envs.generator import StartingLayouts
+from farm_ar.envs.placement import boxes_overlap
 from farm_ar.game_logic.overlaps import deepest_overlap
 from farm_ar.geometry import footprint_corners, footprints_overlap, wrap
 from farm_ar.scenes import Camera, FieldOfView, builtin_scene

@@ -5,7 +5,7 @@ import pytest
 from numba.core.dispatcher import Dispatcher
 from pymunk._chipmunk_cffi import ffi, lib
 
-from farm_ar.envs import FarmToTableEnv, meeting, reading
+from farm_ar.envs import FarmToTableEnv, features, ordering
 from farm_ar.game_logic import (
     arc_length,
     arm,
@@ -38,7 +38,7 @@ AHEAD = look_at(np.array([0.6, -0.3]), np.array([0.6, 0.4]), field_of_view("phot
 
 MODULES = (
     *(arc_length, arm, dodging, entering, guiding, nearness, plane_parts, resting, running, sight),
-    *(steering, ticking, wedges, meeting, reading),
+    *(steering, ticking, wedges, ordering, features),
 )
 
 

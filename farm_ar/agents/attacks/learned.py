@@ -112,7 +112,7 @@ def _seated(name: str, scene: Scene) -> tuple[Player, FarmToTableEnv]:
 
 def _with_budget(env: FarmToTableEnv, share: float) -> FarmToTableEnv:
     """The same environment with a share of the budget, and without animals."""
-    options = env.options
+    options = env.config
     arguments = {field.name: getattr(options, field.name) for field in fields(options)}
     names = ("budget_m", "budget_rad") if options.budget is None else ("budget",)
     return type(env)(

@@ -10,10 +10,9 @@ import numpy.typing as npt
 
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.envs import FarmToTableEnv
-from farm_ar.envs.actions import DisplacementAction, SlotAction
+from farm_ar.envs.actions import DisplacementAction, Move, SlotAction
 from farm_ar.envs.controls import MoveControl
-from farm_ar.envs.jitter import unit_of
-from farm_ar.envs.moves import Move
+from farm_ar.envs.generator import unit_of
 from farm_ar.envs.table import TableView
 from farm_ar.errors import OptionError
 from farm_ar.geometry import wrap
@@ -30,7 +29,7 @@ def action_of(env: FarmToTableEnv, moves: Sequence[Move]) -> Any:
         OptionError: the hand is steered.
     """
     _require_moves(env)
-    return _ACTIONS[str(env.options.action)](env.view, moves)
+    return _ACTIONS[str(env.config.action)](env.view, moves)
 
 
 def possible(env: FarmToTableEnv, move: Move) -> Move:
@@ -40,7 +39,7 @@ def possible(env: FarmToTableEnv, move: Move) -> Move:
         OptionError: the hand is steered.
     """
     _require_moves(env)
-    return _POSSIBLE[str(env.options.action)](env.view, move)
+    return _POSSIBLE[str(env.config.action)](env.view, move)
 
 
 def moves_left(env: FarmToTableEnv) -> int:
@@ -50,12 +49,12 @@ def moves_left(env: FarmToTableEnv) -> int:
         OptionError: the hand is steered.
     """
     control = _require_moves(env)
-    return control.moves_left if env.options.control == "move" else len(env.view.movable)
+    return control.moves_left if env.config.control == "move" else len(env.view.movable)
 
 
 def _require_moves(env: FarmToTableEnv) -> MoveControl:
     if not isinstance(env.control, MoveControl):
-        raise OptionError("control", "must be move or layout for a player that plans", env.options.control)
+        raise OptionError("control", "must be move or layout for a player that plans", env.config.control)
     return env.control
 
 

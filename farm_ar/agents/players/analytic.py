@@ -33,6 +33,6 @@ class AnalyticPlayer:
         Raises:
             OptionError: the hand is steered, or the player is a helper.
         """
-        if env.options.sign != 1:
-            raise OptionError("sign", "must be 1 for an analytic player", env.options.sign)
+        if env.config.sign != 1:
+            raise OptionError("sign", "must be 1 for an analytic player", env.config.sign)
         return action_of(env, [move_of(env.view, step) for step in best_plan(env, self._beam)])

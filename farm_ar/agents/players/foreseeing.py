@@ -8,8 +8,8 @@ import numpy as np
 
 from farm_ar.agents.one_kind import identify_kind
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
-from farm_ar.envs.farm_to_table import FarmToTableEnv
-from farm_ar.envs.moves import Move
+from farm_ar.envs.actions import Move
+from farm_ar.envs.env import FarmToTableEnv
 from farm_ar.envs.table import TableView
 from farm_ar.kernels import compiled
 from farm_ar.scenes import visible

@@ -37,14 +37,14 @@ class GreedyPlayer:
         """
         control = env.control
         if not isinstance(control, MoveControl):
-            raise OptionError("control", "must be move or layout for a greedy player", env.options.control)
+            raise OptionError("control", "must be move or layout for a greedy player", env.config.control)
         actions = self._actions(env)
         asked = [control.asked(action, env.view, env.budget) or [] for action in actions]
         poses = [placed(env.view, moves) for moves in asked]
         seen = foresee(env, np.array([p for p, _ in poses]), np.array([y for _, y in poses]))
         effort = np.array([effort_of(env.view, moves) for moves in asked])
         harm = seen.wrong + AMBIGUITY_SHARE * seen.ambiguity
-        score = env.options.sign * harm - env.options.effort_weight * effort
+        score = env.config.sign * harm - env.config.effort_weight * effort
         return actions[int(np.argmax(score))]
 
     def _actions(self, env: FarmToTableEnv) -> list[Any]:

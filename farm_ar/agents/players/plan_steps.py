@@ -8,7 +8,7 @@ import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.envs.actions import SlotAction
-from farm_ar.envs.placing import boxes_overlap
+from farm_ar.envs.placement import boxes_overlap
 from farm_ar.kernels import compiled
 
 WAY_POINTS = 6

@@ -10,9 +10,8 @@ from farm_ar.agents.players.acting import moves_left
 from farm_ar.agents.players.plan_kernels import search
 from farm_ar.agents.players.plan_steps import SHARES, Allowance, Eye, Table, Terms
 from farm_ar.envs import FarmToTableEnv
-from farm_ar.envs.actions import DisplacementAction
-from farm_ar.envs.jitter import unit_of
-from farm_ar.envs.moves import Move
+from farm_ar.envs.actions import DisplacementAction, Move
+from farm_ar.envs.generator import unit_of
 from farm_ar.envs.table import TableView
 from farm_ar.geometry import wrap
 from farm_ar.scenes import Camera, Scene
@@ -49,7 +48,7 @@ def best_plan(env: FarmToTableEnv, beam: int) -> list[Step]:
     """
     moves, most, scene, m = moves_left(env), env.budget.most, env.view.scene, len(env.view.truth)
     allowed = Allowance(most.metres, most.radians, most.effort, scene.diagonal, moves)
-    terms = terms_of(scene, str(env.options.action), env.options.effort_weight)
+    terms = terms_of(scene, str(env.config.action), env.config.effort_weight)
     steps, worth = np.zeros((moves, 3), dtype=np.int64), np.empty((m, m, len(SHARES)))
     count = search(_table(env), eye_of(env.view.camera), terms, allowed, beam, steps, worth)
     return [Step(int(i), int(j), float(SHARES[share])) for i, j, share in steps[:count]]

@@ -12,7 +12,7 @@ from farm_ar.agents.players.acting import action_of, moves_left, possible
 from farm_ar.agents.players.foreseeing import effort_of, foresee, placed
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.envs import FarmToTableEnv
-from farm_ar.envs.moves import Move
+from farm_ar.envs.actions import Move
 from farm_ar.game_logic.overlaps import deepest_overlap
 
 AMBIGUITY_SHARE = 0.5
@@ -77,7 +77,7 @@ class CmaPlayer:
 
     def _values(self, env: FarmToTableEnv, plans: list[list[Move]]) -> FloatArray:
         """(B,) what is to be made small: effort and overlaps less the harm, by the environment's weights."""
-        view, option = env.view, env.options
+        view, option = env.view, env.config
         fitted = [env.budget.fitted(moves) for moves in plans]
         poses = [placed(view, moves) for moves in fitted]
         seen = foresee(env, np.array([p for p, _ in poses]), np.array([y for _, y in poses]))

@@ -11,7 +11,7 @@ from farm_ar.agents.attacks import wrong_labels
 from farm_ar.agents.cases import Case
 from farm_ar.agents.effort import effort_of
 from farm_ar.arrays import FloatArray
-from farm_ar.envs.options import EnvOptions
+from farm_ar.envs.config import EnvConfig
 from farm_ar.game_logic.tabletop import Most, Tabletop
 from farm_ar.reid import Reidentifier
 from farm_ar.scenes import visible
@@ -37,7 +37,7 @@ def by_hand(case: Case, reid: Reidentifier, position: FloatArray, yaw: FloatArra
     """
     layout = case.layout
     moved = np.flatnonzero(np.any(position != layout.position, axis=1) | (yaw != layout.yaw))
-    if len(moved) > EnvOptions().moves:
+    if len(moved) > EnvConfig().moves:
         return None
     efforts = [
         _carried(
@@ -58,7 +58,7 @@ def _carried(
 ) -> float | None:
     """The effort of carrying the objects over in turn; None if no label is wrong after it."""
     table = Tabletop(case.layout, case.scene.size)
-    options = EnvOptions()
+    options = EnvConfig()
     for i in order:
         if not visible(table.layout, case.camera)[i]:
             return None

@@ -9,8 +9,8 @@ import numpy as np
 
 from farm_ar.agents.attacks import Learned, attack_named
 from farm_ar.agents.stress.rules import make_reid
-from farm_ar.envs.options import JITTERS
-from farm_ar.envs.starting import scene_of
+from farm_ar.envs.config import JITTERS
+from farm_ar.envs.generator import scene_of
 from farm_ar.errors import OptionError, known_name
 
 

@@ -18,7 +18,7 @@ from farm_ar.agents.stress.style import STYLE
 from farm_ar.agents.stress.summary import Summary
 from farm_ar.agents.stress.units import known_case
 from farm_ar.agents.stress.wording import in_metres, number, ratio, section, share, table
-from farm_ar.envs.starting import scene_of
+from farm_ar.envs.generator import scene_of
 from farm_ar.scenes import Scene
 
 

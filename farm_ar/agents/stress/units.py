@@ -18,8 +18,7 @@ from farm_ar.agents.stress.by_hand import by_hand
 from farm_ar.agents.stress.harm import harm_of
 from farm_ar.agents.stress.rules import make_reid
 from farm_ar.arrays import FloatArray
-from farm_ar.envs.jitter import SPREADS, unit_of
-from farm_ar.envs.starting import scene_of
+from farm_ar.envs.generator import SPREADS, scene_of, unit_of
 from farm_ar.geometry import wrap
 from farm_ar.reid import Reidentifier
 from farm_ar.scenes import Gaussian, LayoutNoise, Scene, observe

@@ -13,7 +13,7 @@ from farm_ar.agents.training.scores import Score, score
 from farm_ar.agents.training.trained_player import load_shipped, player_and_env, shipped
 from farm_ar.arrays import FloatArray
 from farm_ar.envs import FarmToTableEnv
-from farm_ar.envs.options import EnvOptions
+from farm_ar.envs.config import EnvConfig
 from farm_ar.errors import OptionError, known_name
 
 HELD_OUT = 10_000_000
@@ -133,8 +133,8 @@ def compare(
     seeds, pairs = held_out(episodes), [player_and_env(run, which, arguments) for run in runs]
     env = pairs[0][1]
     for run, (_, other) in zip(runs, pairs, strict=True):
-        names = [field.name for field in fields(EnvOptions)]
-        differing = [n for n in names if getattr(other.options, n) != getattr(env.options, n)]
+        names = [field.name for field in fields(EnvConfig)]
+        differing = [n for n in names if getattr(other.config, n) != getattr(env.config, n)]
         if differing:
             expected = f"must be of the same environment with the same arguments as {runs[0]}"
             raise OptionError("run", f"{expected}, not another {' and '.join(differing)}", run)
@@ -152,7 +152,7 @@ def compare(
 def _other(name: str, env: FarmToTableEnv, rng: np.random.Generator) -> Player:
     """A player to stand beside; the best constant one is looked for in episodes of the training."""
     if name == CONSTANT:
-        return best_constant(env, rng, TRIES, range(EPISODES_OF_A_TRY), env.options.moves)
+        return best_constant(env, rng, TRIES, range(EPISODES_OF_A_TRY), env.config.moves)
     return load_shipped(name) if name in shipped() else PLAYERS[name](rng)
 
 

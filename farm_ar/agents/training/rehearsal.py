@@ -18,11 +18,10 @@ from farm_ar.agents.training.rehearsal_kernels import assess_all, carry_all
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.envs import FarmToTableEnv
 from farm_ar.envs.actions import DisplacementAction, SlotAction
-from farm_ar.envs.jitter import StartingLayouts, unit_of
-from farm_ar.envs.options import EnvOptions
-from farm_ar.envs.reading import MARGIN_SCALE, NO_RIVAL
+from farm_ar.envs.config import EnvConfig
+from farm_ar.envs.features import MARGIN_SCALE, NO_RIVAL
+from farm_ar.envs.generator import StartingLayouts, VisitCameras, scene_of, unit_of
 from farm_ar.envs.rewards import MARGIN_SHARE
-from farm_ar.envs.starting import VisitCameras, scene_of
 from farm_ar.envs.table import meeting_order
 from farm_ar.errors import OptionError
 from farm_ar.game_logic.headset import field_of_view
@@ -70,7 +69,7 @@ class Rehearsal(VecEnv):
     """
 
     def __init__(self, count: int, seed: int, **arguments: Any) -> None:
-        self._chosen = option = EnvOptions(**arguments)
+        self._chosen = option = EnvConfig(**arguments)
         for name, value in ONLY.items():
             if getattr(option, name) != value:
                 expected = f"must be {value} in a rehearsal (which --imitate 0 --rehearse 0 leave out)"

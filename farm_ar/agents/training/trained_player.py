@@ -19,7 +19,7 @@ from farm_ar.agents.training.callbacks import MODEL, NORMALIZATION
 from farm_ar.agents.training.object_policy import ObjectPolicy
 from farm_ar.agents.training.run_folder import BEST, CHECKPOINTS, RunFolder, as_written
 from farm_ar.envs import FarmToTableEnv
-from farm_ar.envs.entry_point import check_arguments
+from farm_ar.envs.registration import check_arguments
 from farm_ar.errors import OptionError, known_name
 
 SHIPPED, SHIPPED_ENV = "models", "FarmToTable-v0"

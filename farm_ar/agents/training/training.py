@@ -37,7 +37,7 @@ from farm_ar.agents.training.demonstrations import Demonstrations
 from farm_ar.agents.training.imitating import ImitatingPPO
 from farm_ar.agents.training.rehearsal import Rehearsal
 from farm_ar.agents.training.run_folder import CHECKPOINTS, Run, RunFolder, as_written
-from farm_ar.envs.entry_point import check_arguments
+from farm_ar.envs.registration import check_arguments
 from farm_ar.errors import OptionError
 
 EVALUATION_SEED = 1_000_003

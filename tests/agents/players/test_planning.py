@@ -148,7 +148,7 @@ def test_a_step_that_could_come_first_is_worth_what_can_still_be_had_after_it(ac
     env, checked = game(action=action, moves=2, jitter="easy"), 0
     for seed in range(4):
         env.reset(seed=seed)
-        m, terms = len(env.view.truth), terms_of(env.view.scene, action, env.options.effort_weight)
+        m, terms = len(env.view.truth), terms_of(env.view.scene, action, env.config.effort_weight)
         budget, eye = env.budget.most, eye_of(env.view.camera)
         allowed = Allowance(budget.metres, budget.radians, np.inf, env.view.scene.diagonal, 2)
         steps, worth = np.zeros((2, 3), dtype=np.int64), np.empty((m, m, len(SHARES)))
@@ -192,7 +192,7 @@ def test_a_step_whose_way_another_must_clear_is_not_said_to_come_first(terms, ke
 
 def clear_in_order(env, plan):
     """Whether the steps of a plan can be taken one after the other."""
-    view, terms = env.view, terms_of(env.view.scene, str(env.options.action), env.options.effort_weight)
+    view, terms = env.view, terms_of(env.view.scene, str(env.config.action), env.config.effort_weight)
     position, yaw = view.truth.position.copy(), view.truth.yaw.copy()
     table = two()._replace(size=view.truth.size)
     for move in env.budget.fitted([possible(env, move_of(view, step)) for step in plan]):
@@ -207,12 +207,12 @@ def gain(env, plan):
     moves = env.budget.fitted([possible(env, move_of(env.view, step)) for step in plan])
     position, yaw = placed(env.view, moves)
     wrong = int(foresee(env, position[None], yaw[None]).wrong[0])
-    return wrong - env.options.effort_weight * effort_of(env.view, moves)
+    return wrong - env.config.effort_weight * effort_of(env.view, moves)
 
 
 def clear_of_all(env, most, steps):
     """Whether a pair of steps with the highest gain can be taken in one order or the other."""
-    view, terms = env.view, terms_of(env.view.scene, "slot", env.options.effort_weight)
+    view, terms = env.view, terms_of(env.view.scene, "slot", env.config.effort_weight)
     truth = view.truth
     for plan in itertools.permutations(steps, 2):
         if plan[0].mover == plan[1].mover or gain(env, plan) < most - 1e-9:

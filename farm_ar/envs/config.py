@@ -44,7 +44,7 @@ JITTERS = ("none", "easy", "default", "hard")
 
 
 @dataclass(frozen=True)
-class EnvOptions:
+class EnvConfig:
     """What may be chosen of `FarmToTableEnv`; its docstring says what each does.
 
     Numbers become Python's own, and `action` the control's first where none is given.

@@ -8,8 +8,8 @@ from typing import Any, ClassVar
 
 from gymnasium.envs.registration import registry
 
-from farm_ar.envs.farm_to_table import FarmToTableEnv
-from farm_ar.envs.options import EnvOptions
+from farm_ar.envs.config import EnvConfig
+from farm_ar.envs.env import FarmToTableEnv
 from farm_ar.errors import known_name
 
 
@@ -44,4 +44,4 @@ def check_arguments(env_id: str, arguments: Iterable[str]) -> None:
     spec = registry.get(env_id.removeprefix("farm_ar:"))
     if spec is not None and spec.entry_point == NAMED:
         for name in arguments:
-            known_name("argument", name, (*(field.name for field in fields(EnvOptions)), "render_mode"))
+            known_name("argument", name, (*(field.name for field in fields(EnvConfig)), "render_mode"))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from farm_ar.envs.meeting import FIXED, KIND, OBJECT, RIVALS, introduce, line_up
+from farm_ar.envs.ordering import FIXED, KIND, OBJECT, RIVALS, introduce, line_up
 from farm_ar.envs.table import meeting_order
 from farm_ar.game_logic import sight
 from farm_ar.game_logic.headset import random_camera

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from farm_ar.arrays import FloatArray, IntArray
-from farm_ar.envs.meeting import FIXED, KIND, OBJECT, RIVALS, introduce
+from farm_ar.envs.ordering import FIXED, KIND, OBJECT, RIVALS, introduce
 from farm_ar.game_logic import sight
 from farm_ar.geometry.angles import wrap_angle
 from farm_ar.kernels import compiled

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from farm_ar.envs import placing
-from farm_ar.envs.placing import boxes_overlap, place_in_turn, poses_anywhere, poses_nearby
+from farm_ar.envs import placement
+from farm_ar.envs.placement import boxes_overlap, place_in_turn, poses_anywhere, poses_nearby
 from farm_ar.geometry import footprints_overlap, wrap
 
 
@@ -48,7 +48,7 @@ def drawing(request, monkeypatch):
     if request.param == "compiled":
         return poses_nearby, poses_anywhere
     for name in ("wrap_angle", "within"):
-        monkeypatch.setattr(placing, name, getattr(placing, name).py_func)
+        monkeypatch.setattr(placement, name, getattr(placement, name).py_func)
     return poses_nearby.py_func, poses_anywhere.py_func
 
 

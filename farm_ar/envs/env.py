@@ -1,3 +1,4 @@
+# ruff: noqa: E501  # a row of a table in its docstring is a line
 """The environment: an agent moves what a headset has to recognise again."""
 
 from __future__ import annotations
@@ -12,13 +13,20 @@ import numpy as np
 from farm_ar.arrays import BoolArray
 from farm_ar.envs.actions import ACTIONS, checked_action
 from farm_ar.envs.budget import Budget, EffortBudget, MotionBudget
+from farm_ar.envs.config import EnvConfig
 from farm_ar.envs.controls import STEPS_PER_SECOND, Control, HandControl, MoveControl
-from farm_ar.envs.jitter import StartingLayouts, unit_of
+from farm_ar.envs.features import AMBIGUITY, LEAST, Reading
+from farm_ar.envs.generator import (
+    StartingLayouts,
+    VisitCameras,
+    given_camera,
+    given_layout,
+    new_world,
+    scene_of,
+    unit_of,
+)
 from farm_ar.envs.observations import Left, PixelObservation, StateObservation
-from farm_ar.envs.options import EnvOptions
-from farm_ar.envs.reading import AMBIGUITY, LEAST, Reading
 from farm_ar.envs.rewards import Reward
-from farm_ar.envs.starting import VisitCameras, given_camera, given_layout, new_world, scene_of
 from farm_ar.envs.table import TableView, meeting_order
 from farm_ar.envs.trace import Trace, state_digest
 from farm_ar.envs.worlds import World
@@ -198,14 +206,14 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         render_mode: str | None = None,
     ) -> None:
         given, before = locals(), set(vars(self))
-        self._options = EnvOptions(**{f.name: given[f.name] for f in fields(EnvOptions)})
+        self._config = EnvConfig(**{f.name: given[f.name] for f in fields(EnvConfig)})
         if render_mode not in (None, *self.metadata["render_modes"]):
             expected = "must be rgb_array, through gym.make also rgb_array_list, or None; there is no window"
             raise OptionError("render_mode", expected, render_mode)
         self.render_mode = render_mode
         self._scene = scene_of(scene, game)
         self._diagonal = self._scene.diagonal
-        self._reward = Reward(reward, self._options.sign, self._options.effort_weight)
+        self._reward = Reward(reward, self._config.sign, self._config.effort_weight)
         self._layouts = StartingLayouts(self._scene, jitter)
         self._cameras = VisitCameras(self._scene, field_of_view(fov), game)
         self._control = self._new_control()
@@ -250,11 +258,11 @@ class FarmToTableEnv(gym.Env[Any, Any]):
                 raise OptionError("options", "must hold layout and camera only", name)
         trace = Trace.begin(self.np_random, asked)
         layout, camera = self._layout(asked.get("layout")), self._camera(asked.get("camera"))
-        self._world: World = new_world(self._scene, layout, camera, self._options, self.np_random)
+        self._world: World = new_world(self._scene, layout, camera, self._config, self.np_random)
         self._order = meeting_order(layout, camera)
         self._movable = self._order[layout.movable[self._order]]
         self._reading.meet(layout, self._order)
-        self._visits_left = self._options.visits
+        self._visits_left = self._config.visits
         self._accuracy = 1.0
         self._trace, self._over = trace, False
         self._begin_visit()
@@ -291,7 +299,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         """
         mask = self._control.mask(self.view)
         if mask is None:
-            raise OptionError("action", "must be displacement or slot for masks", self._options.action)
+            raise OptionError("action", "must be displacement or slot for masks", self._config.action)
         return mask
 
     def observe(self) -> Any:
@@ -304,9 +312,9 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         return self._observed()
 
     @property
-    def options(self) -> EnvOptions:
+    def config(self) -> EnvConfig:
         """What was chosen when the environment was made."""
-        return self._options
+        return self._config
 
     @property
     def control(self) -> Control:
@@ -413,16 +421,16 @@ class FarmToTableEnv(gym.Env[Any, Any]):
             raise gym.error.ResetNeeded("there is nothing to look at before reset()")
 
     def _arguments(self) -> dict[str, Any]:
-        names = (f.name for f in fields(EnvOptions))
-        return {name: getattr(self._options, name) for name in names} | {"render_mode": self.render_mode}
+        names = (f.name for f in fields(EnvConfig))
+        return {name: getattr(self._config, name) for name in names} | {"render_mode": self.render_mode}
 
     def _new_control(self) -> Control:
-        option, layout = self._options, self._scene.layout
-        if option.control == "hand":
-            return HandControl(option.hand_seconds)
+        config, layout = self._config, self._scene.layout
+        if config.control == "hand":
+            return HandControl(config.hand_seconds)
         kinds = np.bincount(layout.category_code[layout.movable])
-        action = ACTIONS[str(option.action)](int(kinds.sum()), int(kinds.max()), unit_of(self._scene))
-        return MoveControl(action, option.moves if option.control == "move" else 1)
+        action = ACTIONS[str(config.action)](int(kinds.sum()), int(kinds.max()), unit_of(self._scene))
+        return MoveControl(action, config.moves if config.control == "move" else 1)
 
     def _layout(self, given: Layout | Mapping[str, Any] | None) -> Layout:
         return self._layouts.draw(self.np_random) if given is None else given_layout(self._scene, given)
@@ -433,22 +441,22 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         return given_camera(given, self._cameras.fov)
 
     def _begin_visit(self) -> None:
-        option = self._options
+        config = self._config
         self._budget: Budget
-        if option.budget is None:
-            self._budget = MotionBudget(option.budget_m, option.budget_rad)
+        if config.budget is None:
+            self._budget = MotionBudget(config.budget_m, config.budget_rad)
         else:
-            self._budget = EffortBudget(option.budget, self._diagonal)
+            self._budget = EffortBudget(config.budget, self._diagonal)
         self._control.begin(self._world, self._budget)
         self._view = None
 
     def _finish_visit(self, sighting: Sighting | None) -> None:
         """Take the snapshot if the game has not, play on, and begin the next visit if there is one."""
-        if sighting is None and self._options.control != "hand":
+        if sighting is None and self._config.control != "hand":
             sighting = self._world.end_visit()
         if sighting is not None:
             self._accuracy = float(sighting.accuracy)
-        self._world.play(self._options.play_seconds)
+        self._world.play(self._config.play_seconds)
         self._visits_left -= 1
         self._over = self._visits_left == 0
         if not self._over:
@@ -471,7 +479,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
     def _left(self) -> Left:
         """What is left of metres, radians, moves (or time) and visits, as shares."""
         metres, radians = self._budget.left
-        return metres, radians, self._control.left, self._visits_left / self._options.visits
+        return metres, radians, self._control.left, self._visits_left / self._config.visits
 
     def _info(self, effort: float, paid: dict[str, float]) -> dict[str, Any]:
         world = self._world
