@@ -7,6 +7,7 @@ WHEELHOUSE := .wheelhouse
 OLDEST := .venv-oldest
 OLDEST_GYMNASIUM := 1.2.2
 SCENES := ../shared/data/paper_scenes
+SOURCES := $(shell find farm_ar -name '*.py')
 
 # Build back ends come from .venv too, so that a repeated installation fetches nothing.
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
@@ -20,13 +21,13 @@ help: ## Show this list
 	@printf 'farm-ar: make TARGET [PYTHON=python3.12]\n\n'
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  \1|\2/p' $(MAKEFILE_LIST) | awk -F'|' '{ printf "%-12s %s\n", $$1, $$2 }'
 
-demo: $(VENV)/core.stamp ## Set up, then film the game's two demonstrations, into out/
+demo: $(VENV)/compiled-films.stamp ## Set up, then film the game's two demonstrations, into out/
 	$(HEADLINE) "Filming the Farm-to-Table game, into out/"
 	@$(BIN)/farm-ar demo --out out
 
 test: setup lint types imports wheel unit ## Set up, then run every check
 
-setup: $(VENV)/dev.stamp $(WHEELHOUSE)/stamp ## Set up only, with all that the checks need
+setup: $(VENV)/dev.stamp $(WHEELHOUSE)/stamp $(VENV)/compiled.stamp ## Set up only, with all that the checks need
 
 lint: $(VENV)/dev.stamp ## Check style and formatting (ruff)
 	$(HEADLINE) "Style and formatting"
@@ -97,6 +98,17 @@ $(VENV)/core.stamp: $(VENV)/made.stamp pyproject.toml constraints.txt
 $(VENV)/dev.stamp: $(VENV)/core.stamp
 	$(HEADLINE) "Installing what the checks need, learners among it (once; some minutes)"
 	@$(INSTALL) --no-build-isolation --editable '.[dev,train]'
+	@touch $@
+
+# Only what has changed since the last time is compiled.
+$(VENV)/compiled-films.stamp: $(VENV)/core.stamp $(SOURCES)
+	$(HEADLINE) "Compiling what films need (half a minute, once)"
+	@$(BIN)/farm-ar compile films
+	@touch $@
+
+$(VENV)/compiled.stamp: $(VENV)/dev.stamp $(SOURCES)
+	$(HEADLINE) "Compiling (some minutes, once)"
+	@$(BIN)/farm-ar compile
 	@touch $@
 
 $(OLDEST)/stamp: pyproject.toml constraints.txt

@@ -4,6 +4,9 @@ A kernel has the kernels that it calls, and the constants that it reads, compile
 is kept under a key of the content of its own file and of every file of this package that it imports, directly
 or through others: after an edit nothing is taken for the code of another source, and what does not import the
 edited file stays compiled. Numba looks at the kernel's own file only.
+
+Compiling takes seconds, so it is announced in a line on the error output, once for each package, if it is not
+over at once; not in worker processes, and not where the environment variable `FARM_AR_QUIET` is set.
 """
 
 from __future__ import annotations
@@ -13,7 +16,11 @@ import contextlib
 import functools
 import glob
 import inspect
+import multiprocessing
+import os
 import pickle
+import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from hashlib import sha256
@@ -23,7 +30,7 @@ from uuid import uuid4
 
 import llvmlite  # type: ignore[import-untyped]
 import numba
-from numba.core import caching
+from numba.core import caching, event
 from numba.core.serialize import dumps
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -232,3 +239,63 @@ class _Files:
 
     def _path(self, content: str, key: Any) -> Path:
         return self._folder / f"{self._base}.{content}.{sha256(repr(key).encode()).hexdigest()[:12]}.nbc"
+
+
+class _Announcer(event.Listener):
+    """Says that kernels are being compiled, once it has taken `PATIENCE_S` for those of a package."""
+
+    def __init__(self) -> None:
+        self._spent: dict[str, float] = {}
+        self._announced: set[str] = set()
+        self._depth, self._began, self._timer = 0, 0.0, threading.Timer(0.0, print)
+
+    def on_start(self, event: Any) -> None:
+        """Begin to wait, if this is not a kernel that another one calls."""
+        self._depth += 1
+        if self._depth > 1:
+            return
+        self._began = time.perf_counter()
+        left = PATIENCE_S - self._spent.get(self._package(event), 0.0)
+        self._timer = threading.Timer(max(left, 0.0), self._announce, (self._package(event),))
+        self._timer.daemon = True
+        if self._package(event) in COMPILED and not self._silent():
+            self._timer.start()
+
+    def on_end(self, event: Any) -> None:
+        """Stop waiting."""
+        self._depth -= 1
+        if self._depth == 0:
+            self._timer.cancel()
+            package = self._package(event)
+            self._spent[package] = self._spent.get(package, 0.0) + time.perf_counter() - self._began
+
+    def _package(self, event: Any) -> str:
+        module: str = event.data["dispatcher"].py_func.__module__ or ""
+        top, _, rest = module.partition(".")
+        return rest.partition(".")[0] if top == _PACKAGE else ""
+
+    def _silent(self) -> bool:
+        return bool(os.environ.get("FARM_AR_QUIET")) or multiprocessing.parent_process() is not None
+
+    def _announce(self, package: str) -> None:
+        if package not in self._announced:
+            self._announced.add(package)
+            what, seconds = COMPILED[package]
+            print(f"farm-ar: compiling {what} (once; up to {seconds} s) ...", file=sys.stderr, flush=True)
+
+
+PATIENCE_S = 0.5
+"""Compiling that takes no longer is not worth a line."""
+
+COMPILED = {
+    "agents": ("planning and attacks", 20),
+    "drawing": ("drawing", 10),
+    "envs": ("the environment", 15),
+    "experiments": ("the experiments", 5),
+    "game_logic": ("the game", 15),
+    "geometry": ("geometry", 5),
+    "reid": ("identification", 30),
+}
+"""What each package's kernels are for, and the seconds of processor that compiling them takes."""
+
+event.register("numba:compile", _Announcer())  # type: ignore[no-untyped-call]

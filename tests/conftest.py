@@ -9,6 +9,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 mpl.use("Agg")
+os.environ["FARM_AR_QUIET"] = "1"  # kernels are compiled without a word, for what is printed is compared
 
 settings.register_profile(
     "default",

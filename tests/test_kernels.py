@@ -194,6 +194,52 @@ def test_a_damaged_file_is_compiled_anew(package):
     assert run(package) == [(7.0, False), (70.0, False), (7.0 / 3.0, False)]
 
 
+ANNOUNCED = """
+from farm_ar import kernels
+kernels.PATIENCE_S = 0.0
+kernels.COMPILED.update(one=("numbers", 3), two=("others", 4))
+from farm_ar.one import one
+from farm_ar.two import two
+one(1), one(2.0), two(1.0)
+"""
+
+
+def told(package: Path, code: str, **surroundings: str) -> str:
+    """What a process says on the error output; it prints nothing."""
+    out, err = start(package, code, **surroundings).communicate(timeout=120)
+    assert out == ""
+    return err
+
+
+def test_compiling_is_announced_once_for_each_package_and_only_where_it_takes_place(package):
+    lines = (
+        "farm-ar: compiling numbers (once; up to 3 s) ...\nfarm-ar: compiling others (once; up to 4 s) ...\n"
+    )
+    assert told(package, ANNOUNCED, FARM_AR_QUIET="") == lines
+    assert told(package, ANNOUNCED, FARM_AR_QUIET="") == ""
+
+
+def test_short_compiling_quiet_processes_and_workers_say_nothing(package):
+    assert told(package, ANNOUNCED.replace("0.0", "60.0"), FARM_AR_QUIET="") == ""
+    shutil.rmtree(package / "__pycache__")
+    assert told(package, ANNOUNCED, FARM_AR_QUIET="1") == ""
+    shutil.rmtree(package / "__pycache__")
+    (package / "work.py").write_text(
+        "def work():\n" + "".join(f"    {line}\n" for line in ANNOUNCED.splitlines())
+    )
+    starts = "import multiprocessing\nfrom farm_ar.work import work\nif __name__ == '__main__':\n"
+    starts += (
+        "    one = multiprocessing.get_context('spawn').Process(target=work)\n    one.start(); one.join()\n"
+    )
+    script = package.parent / "script.py"
+    script.write_text(starts)
+    assert (
+        told(package, f"import runpy; runpy.run_path({str(script)!r}, run_name='__main__')", FARM_AR_QUIET="")
+        == ""
+    )
+    assert list(package.rglob("one.one-*.nbc"))
+
+
 def test_no_kernel_is_compiled_past_the_decorator():
     folder = Path(inspect.getfile(farm_ar)).parent
     using = [file for file in folder.rglob("*.py") if re.search(r"\b(n?jit|vectorize)\(", file.read_text())]

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from farm_ar import __version__
+from farm_ar.cli.compiling import compile_kernels
 from farm_ar.cli.demo import demo
 from farm_ar.cli.design import design
 from farm_ar.cli.evaluate import evaluate
@@ -35,6 +36,7 @@ app = typer.Typer(
 )
 app.add_typer(scenes, name="scenes")
 app.add_typer(sweeps, name="sweeps")
+app.command("compile")(compile_kernels)
 app.command()(demo)
 app.command()(design)
 app.command()(evaluate)
