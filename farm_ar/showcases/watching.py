@@ -12,7 +12,7 @@ from farm_ar.game_logic.tabletop import Tabletop
 from farm_ar.showcases.film import FPS, HEIGHT, TICKS_PER_FRAME, Image
 
 STILL_S = 0.8
-"""How long the table is shown before the first move."""
+"""How long a picture stays: before the first move, after a step that is a whole visit, and at the end."""
 
 
 class Player(Protocol):
@@ -36,8 +36,8 @@ def watch_episode(
     """The frames of an episode, (H, W, 3) bytes, 30 a second; and in the end its return and its wrong labels.
 
     Args:
-        env: where it is played. Without the game, or where the hand is steered, there is one frame for every
-            three of a film's, after each step.
+        env: where it is played. Where the hand is steered, or without the game, there is one picture for each
+            step, as long as the step takes, or `STILL_S`.
         player: who plays.
         seed: of the reset.
         caption: shown with every frame.
@@ -45,7 +45,8 @@ def watch_episode(
     env.reset(seed=seed)
     frames: list[Image] = []
     pictures = GameFrames(env.world.tracker.scene, HEIGHT)
-    stepwise = not isinstance(env.world, FarmGame) or env.config.control == "hand"
+    hand = env.config.control == "hand"
+    stepwise, held = hand or not isinstance(env.world, FarmGame), 3 if hand else round(STILL_S * FPS)
 
     def show() -> None:
         frames.append(pictures.frame(env.world.moment(caption)))
@@ -61,8 +62,9 @@ def watch_episode(
         total += reward
         if stepwise:
             show()
-            frames *= 3
+            frames *= held
         yield from frames
+    yield from frames[-1:] * round(STILL_S * FPS)
     return Watched(total, int(info["wrong_labels"]))
 
 

@@ -59,10 +59,21 @@ def test_what_is_filmed_goes_as_it_does_unwatched():
 
 
 @pytest.mark.parametrize(
-    "arguments",
-    [{"control": "layout", "game": False, "scene": "L1"}, {"control": "hand", "hand_seconds": 0.4}],
+    ("arguments", "held"),
+    [
+        ({"control": "layout", "game": False, "scene": "L1", "visits": 2}, 24),
+        ({"control": "hand", "hand_seconds": 0.4}, 3),
+    ],
 )
-def test_where_there_are_no_moves_there_is_a_picture_for_each_step(arguments):
+def test_where_there_are_no_moves_there_is_a_picture_for_each_step(arguments, held):
     _, frames = film(play_seconds=0.0, **arguments)
-    assert len(frames) >= 24 + 3
-    assert (len(frames) - 24) % 3 == 0
+    changes = [k for k in range(1, len(frames)) if not np.array_equal(frames[k - 1], frames[k])]
+    assert all((k - 24) % held == 0 for k in changes)
+    steps = 2 if held == 24 else (changes[-1] - 24) // 3 + 1
+    assert len(frames) == 24 + held * steps + 24
+
+
+def test_a_film_ends_with_a_picture_that_stays():
+    _, frames = film(moves=1, play_seconds=0.5)
+    assert all(np.array_equal(frame, frames[-1]) for frame in frames[-24:])
+    assert not np.array_equal(frames[-26], frames[-1])
