@@ -9,11 +9,11 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 import farm_ar
+from farm_ar.agents.policies.trained import load_policy, save_weights
 from farm_ar.agents.training.run_folder import BEST, CHECKPOINTS, RunFolder, read_table
-from farm_ar.agents.training.trained_player import load_player, save_weights
 from farm_ar.drawing import save_picture
 
-MODELS = Path(farm_ar.__file__).parent / "agents" / "training" / "models"
+MODELS = Path(farm_ar.__file__).parent / "agents" / "policies" / "models"
 IMAGES = Path(__file__).parent / "images"
 
 
@@ -62,7 +62,7 @@ def main() -> None:
         "version": farm_ar.__version__,
     }
     MODELS.mkdir(exist_ok=True)
-    save_weights(load_player(run, which), MODELS / f"{name}.npz", about)
+    save_weights(load_policy(run, which), MODELS / f"{name}.npz", about)
     save_picture(curve(runs, name), IMAGES / f"{name}.svg")
     print(f"{name}: {which} after {int(saved.name)} steps")
 

@@ -8,7 +8,7 @@ import sys
 import gymnasium as gym
 import numpy as np
 
-from farm_ar.agents.players import AnalyticPlayer
+from farm_ar.agents.policies import AnalyticPolicy
 
 try:
     import torch
@@ -28,7 +28,7 @@ DEMONSTRATIONS, STEPS, EPISODES = 400, 12_288, 100
 def imitate(model: MaskablePPO, episodes: int) -> None:
     """Learn the planner's actions by maximum likelihood, as a warm start."""
     env = gym.make(ENV, **ARGUMENTS).unwrapped
-    planner, observations, masks, actions = AnalyticPlayer(), [], [], []
+    planner, observations, masks, actions = AnalyticPolicy(), [], [], []
     for seed in range(1_000_000, 1_000_000 + episodes):
         observation, _ = env.reset(seed=seed)
         over = False

@@ -10,9 +10,9 @@ import typer
 from farm_ar.cli.options import Seed, number, whole
 
 LEGEND = (
-    "D: effort summed over the objects moved, each way / the room's diagonal + sin(turn / 2).",
-    "as a way: how far an object goes for that effort, without turning.",
-    "certified: no attack breaks the rule with less (the median of the cases); none: no theorem tells.",
+    "D: effort summed over the objects moved, each distance / the room's diagonal + sin(turn / 2).",
+    "as a distance: how far an object goes for that effort, without turning.",
+    "certified: no attack succeeds with less (the median of the cases); none: there is no theorem.",
     "/ certified: what was found by what is certified, case by case (the median); 1 is exact.",
     "failed: cases broken within the budget, with the exact 95% interval.",
     "queries/s: snapshots identified a second of the processor, everything included.",
@@ -27,12 +27,12 @@ def stress(
     reid: Annotated[
         str,
         typer.Option(
-            metavar="RULE", help="A built-in rule, or module:Class of your own, called with the scene."
+            metavar="METHOD", help="A built-in one, or module:Class of your own, called with the scene."
         ),
     ] = "spatial",
     compare: Annotated[
         str | None,
-        typer.Option(metavar="RULE,RULE,...", help="Several rules side by side, in place of --reid."),
+        typer.Option(metavar="METHOD,...", help="Several methods side by side, in place of --reid."),
     ] = None,
     attack: Annotated[
         str,
@@ -45,11 +45,16 @@ def stress(
     player: Annotated[
         str | None,
         typer.Option(
+            "--policy",
+            "--player",
             metavar="RUN",
-            help="Who plays in the attack learned: a training run's folder, or a player that comes with "
+            help="The policy of the attack learned: a training run's folder, or a policy that comes with "
             "farm-ar; by default both of these.",
         ),
     ] = None,
+    trust: Annotated[
+        bool, typer.Option("--trust", help="Run code that the folder of --policy names or holds.")
+    ] = False,
     queries: Annotated[
         int,
         typer.Option(metavar="N", parser=whole(1), help="Snapshots that an attack may ask about in a case."),
@@ -77,7 +82,7 @@ def stress(
         typer.Option(
             metavar="D",
             parser=number(),
-            help="Exit code 1 if the median least perturbation of a rule is below this.",
+            help="Exit code 1 if the median minimum perturbation of a method is below this.",
         ),
     ] = None,
 ) -> None:
@@ -89,7 +94,7 @@ def stress(
     from rich.console import Console
 
     from farm_ar.agents.stress import StressOptions, run_stress, summarise, write_study
-    from farm_ar.agents.stress.wording import in_metres, number, ratio, share
+    from farm_ar.agents.stress.report import in_metres, number, ratio, share
     from farm_ar.cli.output import print_line, print_table
     from farm_ar.cli.places import make_folder, writing
     from farm_ar.envs.generator import scene_of
@@ -99,7 +104,7 @@ def stress(
     options = StressOptions(
         scene=scene,
         reids=tuple((compare or reid).split(",")),
-        attacks=attacks_asked_for(attack, player),
+        attacks=attacks_asked_for(attack, player, trust),
         queries=queries,
         cases=cases,
         budget=budget,
@@ -115,42 +120,50 @@ def stress(
     with writing("--out", out):
         files = write_study(study, summary, out)
     head = (
-        "rule", "attack", "median least, D", "as a way", "certified, D", "/ certified", "failed",
+        "method", "attack", "median minimum, D", "as a distance", "certified, D", "/ certified", "failed",
         "queries/s",
     )  # fmt: skip
     rows = []
-    for rule in summary.rules:
-        certified = number(rule.bound_median) if rule.theorem != "none" else "none"
-        for one in rule.attacks if len(options.attacks) > 1 else rule.attacks[:1]:
+    for tested in summary.reids:
+        certified = number(tested.bound_median) if tested.certified else "none"
+        for one in tested.attacks if len(options.attacks) > 1 else tested.attacks[:1]:
             pace = "–" if one.attack == "best" else f"{one.queries_per_second:.0f}"
             found = number(one.median), in_metres(one.median, room), certified, ratio(one.tightness)
-            rows.append((rule.reid, one.attack, *found, share(one.failed), pace))
+            rows.append((tested.reid, one.attack, *found, share(one.failed), pace))
     print_table(head, rows, head[2:])
-    for line in LEGEND:
+    for line in (*summary.notes(), *LEGEND):
         print_line(line)
     print_line(f"Wrote {', '.join(str(file) for file in files)}")
     if fail_under is not None:
-        weak = [rule.reid for rule in summary.rules if rule.best.median < fail_under]
+        weak = [tested.reid for tested in summary.reids if tested.best.median < fail_under]
         if weak:
-            print_line(f"Median least perturbation below {fail_under:g}: {', '.join(weak)}")
+            print_line(f"Median minimum perturbation below {fail_under:g}: {', '.join(weak)}")
             raise typer.Exit(1)
 
 
-def attacks_asked_for(names: str, player: str | None) -> tuple[str, ...]:
-    """The attacks of a command line; the player's name becomes a part of that of its attack.
+def attacks_asked_for(names: str, player: str | None, trust: bool = False) -> tuple[str, ...]:
+    """The attacks of a command line; the policy's name becomes a part of that of its attack.
 
     Raises:
-        OptionError: there is a player, and no attack for it.
+        OptionError: there is a policy, and no attack for it; or its folder needs to be trusted.
     """
-    from farm_ar.agents.attacks import ATTACKS, LEARNED
+    from farm_ar.agents.attacks import ATTACKS, LEARNED, TRUSTED
     from farm_ar.errors import OptionError
 
     asked = [one for name in names.split(",") for one in (ATTACKS if name == "all" else (name,))]
     if player is None:
         return tuple(asked)
     if LEARNED not in asked:
-        raise OptionError("--player", f"must come with --attack {LEARNED}", player)
-    return tuple(f"{LEARNED}:{player}" if name == LEARNED else name for name in asked)
+        raise OptionError("--policy", f"must come with --attack {LEARNED}", player)
+    from farm_ar.agents.packages import need_training
+
+    need_training()
+    from farm_ar.cli.trust import code_of, require_trust
+
+    code = code_of(player, "best")
+    require_trust(player, code, trust)
+    learned = f"{TRUSTED if code else LEARNED}:{player}"
+    return tuple(learned if name == LEARNED else name for name in asked)
 
 
 def stress_replay(
@@ -159,12 +172,20 @@ def stress_replay(
         int, typer.Argument(metavar="N", parser=whole(0), help="Which failure, as the report numbers them.")
     ],
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw the answer, .svg or .png.")] = None,
+    trust: Annotated[
+        bool, typer.Option("--trust", help="Run the module:Class that the file names, of whoever wrote it.")
+    ] = False,
 ) -> None:
-    """Play a failure of a stress test again; exit code 1 if it is not the same to the last bit."""
+    """Replay a failure of a stress test; exit code 1 if it is not the same to the last bit."""
     from farm_ar.agents.stress import read_failure, replay_failure
+    from farm_ar.agents.stress.failures import names_code
     from farm_ar.cli.output import print_line, print_table
+    from farm_ar.cli.trust import require_trust
 
-    again = replay_failure(read_failure(report, failure))
+    found = read_failure(report, failure)
+    if names_code(found["reid"]):
+        require_trust(str(report), [f"the module of {found['reid']}"], trust)
+    again = replay_failure(found)
     rows = [
         (detected, true or "nothing", given or "nothing", "" if given == true else "wrong")
         for detected, true, given in zip(

@@ -9,7 +9,7 @@ import typer
 
 from farm_ar.cli.options import whole
 
-GOING_ON = ("run", "resume", "steps", "progress")
+GOING_ON = ("run", "resume", "steps", "progress", "trust")
 """The options that a run that goes on may be given; the others are its own already."""
 
 
@@ -62,18 +62,23 @@ def train(
             "--resume", help="Go on with the run in the folder, with its own options but for --steps."
         ),
     ] = False,
+    trust: Annotated[
+        bool,
+        typer.Option("--trust", help="Run code that the folder names or holds (modules, pickles)."),
+    ] = False,
     progress: Annotated[
         bool, typer.Option("--progress/--no-progress", help="Whether to show a bar, or lines.")
     ] = True,
 ) -> None:
-    """Train a player of an environment with Stable-Baselines3.
+    """Train a policy for an environment with Stable-Baselines3.
 
     With --arg sign=-1 it is a helper. The folder holds the model, its checkpoints, the learning curve (also
     for TensorBoard), and all that is needed to repeat the run. A run that was killed goes on with --resume.
     """
-    from farm_ar.agents.training.needed import need_training
+    from farm_ar.agents.packages import need_training
     from farm_ar.cli.output import print_line
     from farm_ar.cli.places import make_folder
+    from farm_ar.cli.trust import code_of, require_trust
     from farm_ar.errors import OptionError, known_name
 
     known_name("--algo", algo, ("maskable-ppo", "ppo", "sac"))
@@ -87,12 +92,13 @@ def train(
         raise OptionError("--resume", "must have a run to go on with in the folder", str(run))
     if resume:
         refuse_others(context)
+        require_trust(str(run), code_of(str(run), "last"), trust)
     given = load_recipe(algo, env, recipe).with_arguments(arguments(arg or []), steps, imitate, rehearse)
     asked = Run(algo, env, seed, given, threads, processes, eval_every, eval_episodes)
     if not resume:
         check(asked)  # before a folder is made
     make_folder("RUN", run)
-    model = learn(asked, run, resume, progress, steps)
+    model = learn(asked, run, resume, progress, steps, trust)
     which = "" if RunFolder(run).kept(BEST) else " --which last"
     print_line(f"{model.num_timesteps} steps are done. Look at it: farm-ar watch {run}{which}")
 

@@ -1,4 +1,4 @@
-"""`farm-ar watch`: what a trained player does, as a film."""
+"""`farm-ar watch`: what a trained policy does, as a film."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from farm_ar.cli.options import whole
 def watch(
     run: Annotated[
         str,
-        typer.Argument(metavar="RUN", help="Folder of a run, or a player that comes with farm-ar."),
+        typer.Argument(metavar="RUN", help="Folder of a run, or a policy that comes with farm-ar."),
     ],
     out: Annotated[
         Path | None,
@@ -30,15 +30,20 @@ def watch(
     arg: Annotated[
         list[str] | None, typer.Option(metavar="NAME=VALUE", help="Another argument of the environment.")
     ] = None,
+    trust: Annotated[
+        bool,
+        typer.Option("--trust", help="Run code that the folder names or holds (modules, pickles)."),
+    ] = False,
 ) -> None:
-    """Film a trained player: its moves, what the headset then believes, and where the animals run."""
-    from farm_ar.agents.training.needed import need_training
+    """Film a trained policy: its moves, what the headset then believes, and where the animals run."""
+    from farm_ar.agents.packages import need_training
 
     need_training()
-    from farm_ar.agents.training.trained_player import player_and_env, shipped
+    from farm_ar.agents.policies.trained import policy_and_env, shipped
     from farm_ar.cli.output import print_line
     from farm_ar.cli.places import make_folder, writing
     from farm_ar.cli.train import arguments
+    from farm_ar.cli.trust import code_of, require_trust
     from farm_ar.drawing.video import write_gif, write_mp4
     from farm_ar.errors import OptionError
     from farm_ar.showcases.film import FPS, Image
@@ -49,13 +54,14 @@ def watch(
         raise OptionError("--out", "must end in .mp4 or .gif", str(path))
     # Films show what training leaves out.
     shown = {"play_seconds": 3.0, "animals_a_second": 10.0}
-    player, env = player_and_env(run, which, {**shown, **arguments(arg or [])})
+    require_trust(run, code_of(run, which), trust)
+    policy, env = policy_and_env(run, which, {**shown, **arguments(arg or [])}, trust)
     make_folder("--out", path.parent)
     told: list[str] = []
 
     def film() -> Iterator[Image]:
         for k in range(episodes):
-            total, wrong = yield from watch_episode(env, player, seed + k, f"episode {k + 1}")
+            total, wrong = yield from watch_episode(env, policy, seed + k, f"episode {k + 1}")
             told.append(f"Episode {k + 1}: return {total:.2f}, wrong labels {wrong}")
 
     with writing("--out", path):

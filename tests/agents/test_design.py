@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from farm_ar.agents import design as module
-from farm_ar.agents.attacks import Trial, analytic
+from farm_ar.agents.attacks import Analytic, QueryOracle
 from farm_ar.agents.cases import draw_case
 from farm_ar.agents.design import certified_radius, described, design, with_objects
 from farm_ar.envs.reids import REIDS
@@ -38,9 +38,9 @@ def test_a_design_takes_more_to_break(designed):
     least = []
     for scene in (builtin_scene("farm"), designed.scene):
         case = draw_case(scene, 0, 0)
-        trial = Trial(case, REIDS["spatial"](case.scene), 300, 3.0)
-        analytic(trial, np.random.default_rng(0))
-        least.append(trial.least)
+        oracle = QueryOracle(case, REIDS["spatial"](case.scene), 300, 3.0)
+        Analytic()(oracle, np.random.default_rng(0))
+        least.append(oracle.least)
     assert least[1] > 1.5 * least[0]
 
 

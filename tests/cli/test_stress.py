@@ -1,12 +1,15 @@
 """`farm-ar stress`, `farm-ar stress-replay` and `farm-ar design`."""
 
 import json
+import sys
 
 import pytest
 
 from farm_ar.cli.stress import attacks_asked_for
 from farm_ar.drawing.palette import WRONG
 from farm_ar.scenes import load_scene
+from farm_ar.sweeps.functions import load_function
+from farm_ar.sweeps.versions import code_version
 
 QUICK = ["stress", "--cases", "2", "--queries", "60", "--attack", "analytic"]
 
@@ -48,6 +51,37 @@ def test_a_failure_is_played_again(run, tmp_path):
     assert "not what the report says" in result.stdout
 
 
+OWN_METHOD = """
+from pathlib import Path
+from farm_ar.reid import NearestReid
+
+Path("touched").touch()
+
+class Mine(NearestReid):
+    pass
+"""
+
+
+def test_a_report_that_names_code_is_replayed_only_if_it_is_trusted(run, tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    (tmp_path / "method_of_mine.py").write_text(OWN_METHOD)
+    own = ["stress", "--cases", "1", "--queries", "60", "--attack", "analytic", "--out", "out"]
+    run(*own, "--reid", "method_of_mine:Mine")
+    (tmp_path / "touched").unlink()
+    for cached in (load_function, code_version):
+        cached.cache_clear()
+    sys.modules.pop("method_of_mine", None)
+    refused = run("stress-replay", "out/stress.json", "0")
+    assert refused.exit_code == 2
+    assert refused.stderr.count("\n") == 1
+    assert "--trust: must be given to load out/stress.json" in refused.stderr
+    assert not (tmp_path / "touched").exists()
+    trusted = run("stress-replay", "out/stress.json", "0", "--trust")
+    assert trusted.exit_code == 0
+    assert "runs the module of method_of_mine:Mine" in trusted.stderr
+    assert (tmp_path / "touched").exists()
+
+
 def test_an_unknown_attack_is_one_line_and_code_2(run, tmp_path):
     result = run("stress", "--attack", "luck", "--out", str(tmp_path / "new"))
     assert result.exit_code == 2
@@ -60,12 +94,12 @@ def test_a_player_belongs_to_the_attack_of_players(run, tmp_path):
     assert "learned" not in attacks_asked_for("all", None)
     result = run("stress", "--player", "farm-slot", "--out", str(tmp_path / "new"))
     assert result.exit_code == 2
-    assert "--player: must come with --attack learned" in result.stderr
+    assert "--policy: must come with --attack learned" in result.stderr
 
 
 def test_the_table_is_explained(run, tmp_path):
     result = run(*QUICK, "--out", str(tmp_path))
-    for column in ("D", "as a way", "certified", "/ certified", "failed", "queries/s"):
+    for column in ("D", "as a distance", "certified", "/ certified", "failed", "queries/s"):
         assert f"\n{column}: " in result.stdout
 
 

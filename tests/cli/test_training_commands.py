@@ -1,7 +1,9 @@
 """`farm-ar train`, `watch` and `evaluate`: from nothing to a film and a score."""
 
 import json
+import pickle
 import re
+from pathlib import Path
 
 import pytest
 
@@ -78,6 +80,52 @@ def test_a_run_is_not_trained_twice_but_goes_on(run, train, mistake, tmp_path):
         "OptionError: run: must be a new folder, or go on with --resume"
     )
     assert run("train", "one", "--resume").stdout.startswith("32 steps are done.")
+
+
+@pytest.fixture
+def harmful(train, tmp_path):
+    """A run whose newest checkpoint is of an older version, with a pickle that runs somebody's code."""
+    recipe = RECIPE.replace("policy: ObjectPolicy", "policy: MultiInputPolicy\n  normalize: {norm_obs: true}")
+    recipe = recipe.replace("policy_kwargs: {width: 16, pair_width: 8, rounds: 1}", "policy_kwargs: {}")
+    (tmp_path / "tiny.yml").write_text(recipe)
+    train("one", "--algo", "ppo")
+    for saved in (tmp_path / "one").glob("*/0*"):
+        (saved / "normalization.npz").unlink()
+        (saved / "vecnormalize.pkl").write_bytes(pickle.dumps(Touches()))
+
+
+class Touches:
+    def __reduce__(self):
+        return Path.touch, (Path("touched"),)
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("watch", "one", "--episodes", 1, "--out", "film.gif"),
+        ("evaluate", "one", "--episodes", 2),
+        ("train", "one", "--resume", "--steps", 64),
+        ("stress", "--attack", "learned", "--player", "one", "--cases", 1),
+    ],
+)
+def test_a_folder_that_runs_code_has_to_be_trusted(mistake, run, harmful, tmp_path, command):
+    told = mistake(*command)
+    assert told.startswith("OptionError: --trust: must be given to load one")
+    assert "the pickle vecnormalize.pkl" in told
+    assert not (tmp_path / "touched").exists()
+    trusted = run(*command, "--trust")
+    expected = "Loading one runs the pickle vecnormalize.pkl, code of whoever wrote it."
+    assert trusted.stderr.startswith(expected)
+    assert (tmp_path / "touched").exists()
+
+
+def test_a_run_that_names_a_module_has_to_be_trusted(mistake, train, tmp_path):
+    train("one")
+    for name in ("run.json", "hyperparameters.yml"):
+        path = tmp_path / "one" / name
+        path.write_text(path.read_text().replace("FarmToTable-v0", "somebodys_module:FarmToTable-v0"))
+    assert "the module somebodys_module" in mistake("watch", "one")
+    assert "the module somebodys_module" in mistake("train", "one", "--resume")
 
 
 def test_a_run_that_was_not_evaluated_is_watched_as_it_was_last(run, mistake, tiny):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from farm_ar.agents.players import RandomPlayer
+from farm_ar.agents.policies import RandomPolicy
 from farm_ar.envs import FarmToTableEnv
 from farm_ar.showcases import watching
 from farm_ar.showcases.watching import watch_episode
@@ -17,7 +17,7 @@ def small(monkeypatch):
 
 def film(**arguments):
     env = FarmToTableEnv(**arguments)
-    frames = list(watch_episode(env, RandomPlayer(np.random.default_rng(0)), seed=3))
+    frames = list(watch_episode(env, RandomPolicy(np.random.default_rng(0)), seed=3))
     return env, frames
 
 
@@ -36,11 +36,11 @@ def test_a_film_ends_with_what_the_episode_came_to():
     told = []
 
     def show():
-        told.append((yield from watch_episode(watched, RandomPlayer(np.random.default_rng(0)), seed=3)))
+        told.append((yield from watch_episode(watched, RandomPolicy(np.random.default_rng(0)), seed=3)))
 
     assert list(show())
     alone.reset(seed=3)
-    player, over, total, info = RandomPlayer(np.random.default_rng(0)), False, 0.0, {}
+    player, over, total, info = RandomPolicy(np.random.default_rng(0)), False, 0.0, {}
     while not over:
         _, reward, over, _, info = alone.step(player.act(alone))
         total += reward
@@ -51,7 +51,7 @@ def test_what_is_filmed_goes_as_it_does_unwatched():
     watched, _ = film(moves=2, play_seconds=0.5)
     alone = FarmToTableEnv(moves=2, play_seconds=0.5)
     alone.reset(seed=3)
-    player, over = RandomPlayer(np.random.default_rng(0)), False
+    player, over = RandomPolicy(np.random.default_rng(0)), False
     while not over:
         _, _, over, _, _ = alone.step(player.act(alone))
     assert watched.world.truth.position == pytest.approx(alone.world.truth.position, abs=1e-12)

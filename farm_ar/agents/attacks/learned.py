@@ -1,4 +1,4 @@
-"""The attack of trained players: they play the case with the hand, and what they leave behind is refined."""
+"""The attack of trained policies: they play the case with the hand, and what they leave behind is refined."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from farm_ar.agents.attacks.refining import refine
-from farm_ar.agents.attacks.trial import Trial
+from farm_ar.agents.attacks.base import Attack, QueryOracle
+from farm_ar.agents.attacks.boundary_refinement import refine
 from farm_ar.agents.cases import Case
-from farm_ar.agents.training.needed import need_training
+from farm_ar.agents.packages import need_training
 from farm_ar.arrays import FloatArray
 from farm_ar.geometry import wrap
 from farm_ar.scenes import Scene
@@ -23,76 +23,78 @@ ROUNDING = 1e-9
 """Radians below which a heading has not changed."""
 
 if TYPE_CHECKING:
-    from farm_ar.agents.players import Player
+    from farm_ar.agents.policies import Policy
     from farm_ar.envs import FarmToTableEnv
 
 SHIPPED = ("farm-displacement", "farm-slot")
-"""The players that come with farm-ar."""
+"""The policies that come with farm-ar."""
 
 SHARES = (1.0, 0.5, 0.25)
-"""Of the budget with which a player learnt: with less in hand it leaves cheaper failures behind."""
+"""Of the budget with which a policy learnt: with less in hand it leaves cheaper failures behind."""
 
 
 @dataclass(frozen=True)
-class Learned:
-    """Players of the environments as an attack.
+class Learned(Attack):
+    """Policies of the environments as an attack.
 
     Each plays the case from its layout and camera, in the environment that it was trained in, with all of its
     budget and with less. What stands after each of its moves, pushed objects included, is asked about; then
     the cheapest failure is refined as every other attack's is.
 
     Args:
-        players: folders of training runs, or names of players that come with farm-ar.
+        policies: folders of training runs, or names of policies that come with farm-ar.
+        trust: whether the folders may load code of whoever wrote them: pickles of an older version.
     """
 
-    players: Sequence[str] = SHIPPED
+    policies: Sequence[str] = SHIPPED
+    trust: bool = False
 
-    def __call__(self, trial: Trial, rng: np.random.Generator) -> None:
+    def __call__(self, oracle: QueryOracle, rng: np.random.Generator) -> None:
         """Play, ask, refine; only what is refined by chance uses the generator.
 
         Raises:
-            OptionError: a player cannot play in the scene.
-            RunError: there is no such player.
+            OptionError: a policy cannot act in the scene.
+            RunError: there is no such policy.
             MissingPackageError: what training needs is not installed.
         """
-        for name in self.players:
-            player, env = _seated(name, trial.case.scene)
+        for name in self.policies:
+            policy, env = _seated(name, oracle.case.scene, self.trust)
             for share in SHARES:
-                left = list(layouts_left(player, _with_budget(env, share), trial.case))
-                if left and trial.left > 0:
-                    trial.ask(*(np.stack(values) for values in zip(*left, strict=True)))
-        refine(trial, rng)
+                left = list(layouts_left(policy, _with_budget(env, share), oracle.case))
+                if left and oracle.left > 0:
+                    oracle.query(*(np.stack(values) for values in zip(*left, strict=True)))
+        refine(oracle, rng)
 
     def check(self, scene: Scene) -> None:
-        """See that the players can play in a scene.
+        """See that the policies can act in a scene.
 
         Raises:
             OptionError: one cannot.
-            RunError: there is no such player.
+            RunError: there is no such policy.
             MissingPackageError: what training needs is not installed.
         """
-        for name in self.players:
-            _seated(name, scene)
+        for name in self.policies:
+            _seated(name, scene, self.trust)
 
     @property
     def fingerprint(self) -> str:
-        """A hash of what the players have learnt, by which results of others are told apart.
+        """A hash of what the policies have learnt, by which results of others are told apart.
 
         Raises:
-            RunError: there is no such player.
+            RunError: there is no such policy.
             MissingPackageError: what training needs is not installed.
         """
         need_training()
-        return sha256(b"".join(_weights_of(name) for name in self.players)).hexdigest()[:16]
+        return sha256(b"".join(_weights_of(name) for name in self.policies)).hexdigest()[:16]
 
 
-def layouts_left(player: Player, env: FarmToTableEnv, case: Case) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """(N, 2) and (N,) the poses that a player leaves behind, after each of its moves that changed some."""
+def layouts_left(policy: Policy, env: FarmToTableEnv, case: Case) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """(N, 2) and (N,) the poses that a policy leaves behind, after each of its moves that changed some."""
     layout = case.layout
     env.reset(seed=0, options={"layout": layout, "camera": case.camera})
     before, over = env.world.truth, False
     while not over:
-        _, _, terminated, truncated, _ = env.step(player.act(env))
+        _, _, terminated, truncated, _ = env.step(policy.act(env))
         over, after = terminated or truncated, env.world.truth
         turn = wrap(after.yaw - layout.yaw)
         if np.any(after.position != before.position) or np.any(after.yaw != before.yaw):
@@ -102,12 +104,12 @@ def layouts_left(player: Player, env: FarmToTableEnv, case: Case) -> Iterator[tu
         before = after
 
 
-def _seated(name: str, scene: Scene) -> tuple[Player, FarmToTableEnv]:
-    """A player, and the environment that it learnt in, with the scene's table."""
+def _seated(name: str, scene: Scene, trust: bool) -> tuple[Policy, FarmToTableEnv]:
+    """A policy, and the environment that it learnt in, with the scene's table."""
     need_training()
-    from farm_ar.agents.training.trained_player import player_and_env
+    from farm_ar.agents.policies.trained import policy_and_env
 
-    return player_and_env(name, arguments={"scene": scene, "jitter": "none", "visits": 1})
+    return policy_and_env(name, arguments={"scene": scene, "jitter": "none", "visits": 1}, trust=trust)
 
 
 def _with_budget(env: FarmToTableEnv, share: float) -> FarmToTableEnv:
@@ -121,14 +123,14 @@ def _with_budget(env: FarmToTableEnv, share: float) -> FarmToTableEnv:
 
 
 def _weights_of(name: str) -> bytes:
-    """The file that holds what a player has learnt."""
-    from farm_ar.agents.training.callbacks import MODEL
+    """The file that holds what a policy has learnt."""
+    from farm_ar.agents.policies.trained import SHIPPED as MODELS
+    from farm_ar.agents.policies.trained import shipped
+    from farm_ar.agents.training.checkpoints import MODEL
     from farm_ar.agents.training.run_folder import BEST, RunFolder
-    from farm_ar.agents.training.trained_player import SHIPPED as MODELS
-    from farm_ar.agents.training.trained_player import shipped
 
     if name in shipped():
-        return files("farm_ar.agents.training").joinpath(MODELS, f"{name}.npz").read_bytes()
+        return files("farm_ar.agents.policies").joinpath(MODELS, f"{name}.npz").read_bytes()
     folder = RunFolder(Path(name))
     folder.read()
     return (folder.newest(BEST) / MODEL).read_bytes()

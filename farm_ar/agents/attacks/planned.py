@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from farm_ar.agents.attacks.surrogate import model_of, worth_of
-from farm_ar.agents.attacks.trial import Trial
+from farm_ar.agents.attacks.base import Attack, QueryOracle
+from farm_ar.agents.attacks.cost_model import model_of, worth_of
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.geometry import wrap
 
@@ -59,28 +59,31 @@ class Plans(NamedTuple):
         return Plans(self.position[rows], self.yaw[rows], self.done[rows])
 
 
-def planned(trial: Trial, rng: np.random.Generator) -> None:
+class Planned(Attack):
     """Plan for most wrong labels by the paper's cost, ask, add to the worst failure, make it cheaper.
 
     Objects go some of the way to the places of other labels of their kind (T3, T5), one after the other, the
     most promising plans of each length being kept. Planning is arithmetic and needs no queries.
     """
-    layout, steps = trial.case.layout, steps_of(trial)
-    if not len(steps.mover):
-        return
-    plans = planned_for_most(trial, steps)
-    if len(plans.yaw):
-        number = max(trial.left // (2 * len(CARRIED_ON)), 1)
-        for scale in CARRIED_ON:
-            position = layout.position + scale * (plans.position[:number] - layout.position)
-            trial.ask(position, layout.yaw + scale * (plans.yaw[:number] - layout.yaw))
-    add_to_worst(trial, steps, rng)
-    cheapen_worst(trial, rng)
+
+    def __call__(self, oracle: QueryOracle, rng: np.random.Generator) -> None:
+        """See `Attack`."""
+        layout, steps = oracle.case.layout, steps_of(oracle)
+        if not len(steps.mover):
+            return
+        plans = planned_for_most(oracle, steps)
+        if len(plans.yaw):
+            number = max(oracle.left // (2 * len(CARRIED_ON)), 1)
+            for scale in CARRIED_ON:
+                position = layout.position + scale * (plans.position[:number] - layout.position)
+                oracle.query(position, layout.yaw + scale * (plans.yaw[:number] - layout.yaw))
+        add_to_worst(oracle, steps, rng)
+        cheapen_worst(oracle, rng)
 
 
-def steps_of(trial: Trial) -> Steps:
+def steps_of(oracle: QueryOracle) -> Steps:
     """The steps of all movable objects in view."""
-    case, layout, model = trial.case, trial.case.layout, model_of(trial)
+    case, layout, model = oracle.case, oracle.case.layout, model_of(oracle)
     code, pairs = layout.category_code, []
     for i in np.flatnonzero(case.in_view & layout.movable):
         like = code == code[i] if model.categories_apart else np.ones(len(code), dtype=bool)
@@ -99,18 +102,20 @@ def steps_of(trial: Trial) -> Steps:
     )
 
 
-def planned_for_most(trial: Trial, steps: Steps) -> Plans:
+def planned_for_most(oracle: QueryOracle, steps: Steps) -> Plans:
     """Plans of all lengths, by the paper's cost those with most wrong labels first; of these the cheapest."""
-    layout = trial.case.layout
+    layout = oracle.case.layout
     untouched = np.zeros((1, len(layout)), dtype=bool)
     plans = Plans(layout.position[None], layout.yaw[None], untouched)
     met: list[tuple[Plans, FloatArray]] = []
     for _ in range(len(np.unique(steps.mover))):
-        plans = _grown(trial, plans, steps)
+        plans = _grown(oracle, plans, steps)
         if not len(plans.yaw):
             break
-        wrong, ambiguity = worth_of(trial, plans.position, plans.yaw)
-        promise = wrong + AMBIGUITY_SHARE * ambiguity - EFFORT_SHARE * trial.effort(plans.position, plans.yaw)
+        wrong, ambiguity = worth_of(oracle, plans.position, plans.yaw)
+        promise = (
+            wrong + AMBIGUITY_SHARE * ambiguity - EFFORT_SHARE * oracle.effort(plans.position, plans.yaw)
+        )
         best = np.argsort(-promise, kind="stable")[:BEAM]
         plans = plans.at(best)
         met.append((plans, wrong[best]))
@@ -122,35 +127,35 @@ def planned_for_most(trial: Trial, steps: Steps) -> Plans:
         np.concatenate([plans.done for plans, _ in met]),
     )
     wrong = np.concatenate([wrong for _, wrong in met])
-    order = np.lexsort((trial.effort(every.position, every.yaw), -wrong))
+    order = np.lexsort((oracle.effort(every.position, every.yaw), -wrong))
     return every.at(order)
 
 
-def add_to_worst(trial: Trial, steps: Steps, rng: np.random.Generator) -> None:
+def add_to_worst(oracle: QueryOracle, steps: Steps, rng: np.random.Generator) -> None:
     """Add steps to the failure with most wrong labels while the re-identifier's own answers say it helps."""
-    layout, stale = trial.case.layout, 0
-    while trial.left > 0 and stale < STALE:
-        before = trial.worst
+    layout, stale = oracle.case.layout, 0
+    while oracle.left > 0 and stale < STALE:
+        before = oracle.worst
         start = layout if before is None else before
         chosen = rng.integers(len(steps.mover), size=BATCH)
         each, mover = np.arange(BATCH), steps.mover[chosen]
         position = np.repeat(start.position[None], BATCH, axis=0)
         yaw = np.repeat(start.yaw[None], BATCH, axis=0)
         position[each, mover], yaw[each, mover] = steps.position[chosen], steps.yaw[chosen]
-        trial.ask(position, yaw)
-        stale = 0 if trial.worst is not before else stale + 1
+        oracle.query(position, yaw)
+        stale = 0 if oracle.worst is not before else stale + 1
 
 
-def cheapen_worst(trial: Trial, rng: np.random.Generator) -> None:
+def cheapen_worst(oracle: QueryOracle, rng: np.random.Generator) -> None:
     """Draw the objects of the failure with most wrong labels back, one by one, while as many stay wrong."""
-    layout, stale = trial.case.layout, 0
-    while trial.left > 0 and stale < 2:
-        before = trial.worst
+    layout, stale = oracle.case.layout, 0
+    while oracle.left > 0 and stale < 2:
+        before = oracle.worst
         if before is None:
             return
         moved = np.any(before.position != layout.position, axis=1) | (before.yaw != layout.yaw)
         for i in rng.permutation(np.flatnonzero(moved)):
-            found = trial.worst
+            found = oracle.worst
             assert found is not None
             share = (np.arange(DRAWN_BACK) + rng.random(DRAWN_BACK)) / DRAWN_BACK
             share[0] = 0.0
@@ -158,11 +163,11 @@ def cheapen_worst(trial: Trial, rng: np.random.Generator) -> None:
             yaw = np.repeat(found.yaw[None], DRAWN_BACK, axis=0)
             position[:, i] = layout.position[i] + share[:, None] * (found.position[i] - layout.position[i])
             yaw[:, i] = layout.yaw[i] + share * (found.yaw[i] - layout.yaw[i])
-            trial.ask(position, yaw)
-        stale = 0 if trial.worst is not before else stale + 1
+            oracle.query(position, yaw)
+        stale = 0 if oracle.worst is not before else stale + 1
 
 
-def _grown(trial: Trial, plans: Plans, steps: Steps) -> Plans:
+def _grown(oracle: QueryOracle, plans: Plans, steps: Steps) -> Plans:
     """Every plan with one more object moved in every way that is allowed, each set of poses once."""
     which, step = np.nonzero(~plans.done[:, steps.mover])
     position, yaw, done = plans.position[which], plans.yaw[which], plans.done[which]
@@ -171,7 +176,7 @@ def _grown(trial: Trial, plans: Plans, steps: Steps) -> Plans:
     done[each, mover] = True
     _, first = np.unique(_sum_of(position, yaw), return_index=True)
     kept = np.sort(first)
-    kept = kept[trial.allowed(position[kept], yaw[kept])]
+    kept = kept[oracle.allowed(position[kept], yaw[kept])]
     return Plans(position[kept], yaw[kept], done[kept])
 
 

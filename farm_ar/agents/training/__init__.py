@@ -1,1 +1,1 @@
-"""Training of players with Stable-Baselines3, and what they are worth beside other players."""
+"""Training of policies with Stable-Baselines3, and what they are worth beside other policies."""

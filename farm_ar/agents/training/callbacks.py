@@ -2,50 +2,22 @@
 
 from __future__ import annotations
 
-import json
 import time
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from sb3_contrib.common.maskable.callbacks import MaskableEvalCallback
-from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback, EvalCallback
-from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.vec_env import VecEnv
 
-from farm_ar.agents.training.imitating import ImitatingPPO
+from farm_ar.agents.training.checkpoints import write_model
 from farm_ar.agents.training.run_folder import BEST, CHECKPOINTS, RunFolder, Table
-
-MODEL, NORMALIZATION, REPLAY, STATE = "model.zip", "vecnormalize.pkl", "replay_buffer.pkl", "state.json"
-DEMONSTRATIONS = "demonstrations.npz"
 
 LINES = 20
 """At most how many lines tell of a run where no terminal shows a bar."""
 
 TRAINING = ("steps", "seconds", "mean_return", "mean_length")
 EVALUATIONS = ("steps", "mean_return", "best_mean_return")
-
-
-def write_model(model: BaseAlgorithm, folder: Path, seconds: float | None = None) -> None:
-    """Write a model and what belongs to it.
-
-    Args:
-        model: the learner.
-        folder: where.
-        seconds: how long it has learnt; given for a checkpoint, which a learner with a memory writes too.
-    """
-    model.save(folder / MODEL)
-    normalization = model.get_vec_normalize_env()
-    if normalization is not None:
-        normalization.save(str(folder / NORMALIZATION))
-    if seconds is not None:
-        state = {"steps": model.num_timesteps, "seconds": round(seconds, 3)}
-        (folder / STATE).write_text(json.dumps(state) + "\n", encoding="utf-8")
-        if isinstance(model, OffPolicyAlgorithm):
-            model.save_replay_buffer(folder / REPLAY)
-        if isinstance(model, ImitatingPPO) and len(model.demonstrations):
-            model.demonstrations.save(folder / DEMONSTRATIONS)
 
 
 class Checkpoints(BaseCallback):
@@ -120,7 +92,7 @@ class MaskableEvaluations(Evaluations, MaskableEvalCallback):
     """The same for a learner that masks actions."""
 
 
-class EndRehearsal(BaseCallback):
+class EndSurrogate(BaseCallback):
     """Lets a learner go on in the environment itself when the rehearsal is over.
 
     Args:

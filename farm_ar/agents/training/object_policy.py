@@ -1,7 +1,8 @@
-"""A policy that points at an object first and then says what to do with it, for MaskablePPO."""
+"""A policy that points at an object, then says what to do with it; its distribution and its optimizer."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -11,12 +12,175 @@ from sb3_contrib.common.maskable.policies import MaskableActorCriticPolicy
 from stable_baselines3.common.torch_layers import CombinedExtractor
 from stable_baselines3.common.type_aliases import Schedule
 from torch import Tensor
-from torch.optim import Adam, Optimizer
+from torch.distributions import Categorical
+from torch.optim import Adam, Muon, Optimizer
 
-from farm_ar.agents.training.muon_adam import MuonAdam
 from farm_ar.agents.training.object_network import NOWHERE, ObjectNetwork, Scores, ranks, sizes
-from farm_ar.agents.training.pointing import Pointing
 from farm_ar.errors import known_name
+
+LEAST_SIDE = 12
+"""Matrices with fewer rows or columns, which have few directions, are left to Adam. (3 did no worse.)"""
+
+ADAM_SHARE = 0.15
+"""Adam's learning rate, as a share of Muon's: .003 and .02 were the best of those tried."""
+
+
+class MuonAdam(Optimizer):
+    """Muon for the matrices, Adam for all else.
+
+    Muon (Jordan et al. 2024, "Muon: an optimizer for hidden layers in neural networks") makes a step as large
+    in every direction of a matrix, the rarely needed ones too.
+
+    Args:
+        params: what is learnt.
+        lr: learning rate of Muon; Adam's is a fixed share of it.
+        momentum: of Muon.
+    """
+
+    def __init__(self, params: Iterable[Tensor], lr: float, momentum: float = 0.9) -> None:
+        super().__init__(params, {"lr": lr})
+        given = [p for group in self.param_groups for p in group["params"]]
+        matrices = [p for p in given if p.ndim == 2 and min(p.shape) >= LEAST_SIDE]
+        taken = {id(p) for p in matrices}
+        others = [p for p in given if id(p) not in taken]
+        self._parts: list[tuple[Optimizer, float]] = []
+        if matrices:
+            self._parts.append((Muon(matrices, lr, weight_decay=0.0, momentum=momentum), 1.0))
+        if others:
+            self._parts.append((Adam(others, lr, eps=1e-5), ADAM_SHARE))
+
+    @torch.no_grad()
+    def step(self, closure: Any = None) -> None:  # type: ignore[override]
+        """Make a step, with the learning rate that the first group has now."""
+        assert closure is None, "it makes a step once the gradients are there"
+        for part, share in self._parts:
+            for group in part.param_groups:
+                group["lr"] = self.param_groups[0]["lr"] * share
+            part.step()
+
+    def state_dict(self) -> dict[str, Any]:
+        """The learning rate, and the states of both."""
+        return {"lr": self.param_groups[0]["lr"], "parts": [part.state_dict() for part, _ in self._parts]}
+
+    def load_state_dict(self, state_dict: dict[str, Any]) -> None:
+        """Go on from what `state_dict` gave.
+
+        Raises:
+            ValueError: it is the state of another optimizer.
+        """
+        if state_dict.keys() != {"lr", "parts"}:
+            raise ValueError("the state must be that of a MuonAdam")
+        self.param_groups[0]["lr"] = state_dict["lr"]
+        for (part, _), state in zip(self._parts, state_dict["parts"], strict=True):
+            part.load_state_dict(state)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**super().__getstate__(), "_parts": self._parts}
+
+
+class PointerDistribution:
+    """The distribution of actions in B moments.
+
+    With `slot` the label is part of the action. With `displacement` it is not: the levels of x, z and turn
+    are a mixture over the labels, so that they go together as one label's do.
+
+    Args:
+        network: gives the levels.
+        scores: of the moments.
+        which: (B, N + 1) logits of the objects that move, and of leaving.
+        place: (B, M, K) whether an object is the k-th of its kind; None where the action has no label.
+    """
+
+    def __init__(self, network: ObjectNetwork, scores: Scores, which: Tensor, place: Tensor | None) -> None:
+        self._network, self._scores, self._place = network, scores, place
+        self._which = torch.log_softmax(which, dim=-1)
+        self._leave = which.shape[-1] - 1
+
+    def get_actions(self, deterministic: bool = False) -> Tensor:
+        """(B, ...) a draw, or the likeliest choice one after the other."""
+        which = _choose(self._which, deterministic)
+        stays, label, levels = self._given(which)
+        chosen = _choose(label, deterministic)
+        rest = [_choose(_row(part, chosen), deterministic) for part in levels]
+        if self._place is not None:
+            rest.insert(0, _row(self._place, chosen).argmax(dim=-1))
+        return torch.stack([which, *(torch.where(stays, 0, part) for part in rest)], dim=-1)
+
+    def log_prob(self, actions: Tensor) -> Tensor:
+        """(B,) logarithm of the probability of actions."""
+        which = actions[..., 0].long()
+        stays, label, levels = self._given(which)
+        return self._joint(actions.long(), stays, label, levels)
+
+    def log_probs(self, actions: Tensor) -> Tensor:
+        """(B, K) logarithms of the probabilities of K actions in each moment."""
+        count = actions.shape[1]
+        which = actions[..., 0].long()
+        stays = which == self._leave
+        affinity, levels = self._network.given_any(self._scores)
+        rows, own = torch.arange(len(which), device=which.device)[:, None], torch.where(stays, 0, which)
+        label = torch.log_softmax(affinity, dim=-1)[rows, own].flatten(0, 1)
+        parts = [torch.log_softmax(part, dim=-1)[rows, own].flatten(0, 1) for part in levels]
+        joint = self._joint(actions.long().flatten(0, 1), stays.flatten(), label, parts, count)
+        return joint.reshape(which.shape)
+
+    def _joint(
+        self, actions: Tensor, stays: Tensor, label: Tensor, levels: list[Tensor], count: int = 1
+    ) -> Tensor:
+        """(B x count,) logarithms of probabilities, `count` actions of a moment after one another."""
+        which, *rest = actions.unbind(-1)
+        if self._place is None:
+            joint = label
+        else:
+            slot, *rest = rest
+            kind = label > NOWHERE / 2
+            place = self._place.repeat_interleave(count, dim=0)
+            meant = place.gather(-1, slot[:, None, None].expand(-1, label.shape[1], 1)).squeeze(-1)
+            joint = label.masked_fill(~(kind & (meant > 0)), NOWHERE)
+        for part, choice in zip(levels, rest, strict=True):
+            joint = joint + _at(part, choice[:, None].expand(-1, part.shape[1]))
+        first = _at(self._which.repeat_interleave(count, dim=0), which)
+        return first + torch.where(stays, 0.0, torch.logsumexp(joint, dim=-1))
+
+    def entropy(self, actions: Tensor) -> Tensor:
+        """(B,) of the whole action, the part that comes after the object taken for the one that was chosen.
+
+        With a mixture it is an upper bound: that of the label and the levels together.
+        """
+        stays, label, levels = self._given(actions[:, 0].long())
+        rest = _entropy(label) + (label.exp() * sum(_entropy(part) for part in levels)).sum(-1)
+        return _entropy(self._which) + torch.where(stays, 0.0, rest)
+
+    def _given(self, which: Tensor) -> tuple[Tensor, Tensor, list[Tensor]]:
+        """(B,) whether nothing is taken, (B, M) labels' and [(B, M, levels)] levels' log-probabilities."""
+        stays = which == self._leave
+        affinity, levels = self._network.given(self._scores, torch.where(stays, 0, which))
+        return (
+            stays,
+            torch.log_softmax(affinity, dim=-1),
+            [torch.log_softmax(part, dim=-1) for part in levels],
+        )
+
+
+def _choose(log_probability: Tensor, deterministic: bool) -> Tensor:
+    if deterministic:
+        return log_probability.argmax(dim=-1)
+    drawn: Tensor = Categorical(logits=log_probability, validate_args=False).sample()  # type: ignore[no-untyped-call]
+    return drawn
+
+
+def _at(log_probability: Tensor, choice: Tensor) -> Tensor:
+    return log_probability.gather(-1, choice[..., None]).squeeze(-1)
+
+
+def _row(values: Tensor, index: Tensor) -> Tensor:
+    """(B, ...) of each batch member's values the row at its index."""
+    return values[torch.arange(len(values), device=values.device), index]
+
+
+def _entropy(log_probability: Tensor) -> Tensor:
+    return -(log_probability.exp() * log_probability).sum(-1)
+
 
 OPTIMIZERS: dict[str, type[Optimizer]] = {"muon": MuonAdam, "adam": Adam}
 
@@ -104,7 +268,9 @@ class ObjectPolicy(MaskableActorCriticPolicy):
         scores: Scores = self.network(obs)
         return scores.value
 
-    def outlook(self, obs: Any, action_masks: Any = None, apart: bool = False) -> tuple[Pointing, Tensor]:
+    def outlook(
+        self, obs: Any, action_masks: Any = None, apart: bool = False
+    ) -> tuple[PointerDistribution, Tensor]:
         """How the action is drawn, and (B, 1) values; `apart` as in `ObjectNetwork.forward`."""
         scores: Scores = self.network(obs, apart)
         n = self._movable
@@ -116,4 +282,4 @@ class ObjectPolicy(MaskableActorCriticPolicy):
         if self._slots:
             place = torch.nn.functional.one_hot(ranks(scores.same.float()), scores.same.shape[1])
             place = place[..., : self._slots]
-        return Pointing(self.network, scores, which, place), scores.value
+        return PointerDistribution(self.network, scores, which, place), scores.value

@@ -7,6 +7,7 @@ import io
 import json
 import platform
 import shutil
+import sqlite3
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -18,12 +19,12 @@ from uuid import uuid4
 import yaml
 
 from farm_ar import __version__
-from farm_ar.agents.training.algorithms import settings_of
-from farm_ar.agents.training.recipes import Recipe, recipe_from
-from farm_ar.errors import InputError
-from farm_ar.scenes.files import read_json, write_text
+from farm_ar.agents.training.recipes import Recipe, recipe_from, settings_of, yaml_from
+from farm_ar.errors import InputError, OptionError
+from farm_ar.scenes.documents import Document, Flag, Object, Text, Whole
+from farm_ar.scenes.files import read_json, read_text, write_text
 
-DESCRIPTION, HYPERPARAMETERS = "run.json", "hyperparameters.yml"
+DESCRIPTION, HYPERPARAMETERS, LOCK = "run.json", "hyperparameters.yml", ".lock"
 CHECKPOINTS, BEST = "checkpoints", "best"
 KEPT = 2
 """How many of either stay: the one before is there if the newest is damaged, or lies after a checkpoint."""
@@ -33,23 +34,6 @@ PACKAGES = ("numpy", "torch", "stable-baselines3", "sb3-contrib", "gymnasium", "
 
 class RunError(InputError):
     """A run's folder that cannot be used."""
-
-
-@contextmanager
-def as_written(saved: Path) -> Iterator[None]:
-    """Whatever goes wrong in here is the fault of files that are not as they were written.
-
-    Args:
-        saved: the folder of the model.
-
-    Raises:
-        RunError: something went wrong.
-    """
-    try:
-        yield
-    except Exception as problem:  # of zip files, pickles, tensors: each has errors of its own
-        expected = "must be as it was written; without its folder the run goes on from the one before"
-        raise RunError("model", expected, repr(problem), str(saved)) from problem
 
 
 @dataclass(frozen=True)
@@ -76,6 +60,32 @@ class Run:
     eval_every: int = 10_000
     eval_episodes: int = 50
 
+    def modules(self) -> list[str]:
+        """Other modules than this package's that are imported to make the run's environment."""
+        names = [self.env, self.recipe.env_kwargs.get("reid")]
+        found = [name.partition(":")[0] for name in names if isinstance(name, str) and ":" in name]
+        return [module for module in found if module.partition(".")[0] != "farm_ar"]
+
+
+DOCUMENT = Document(
+    "run",
+    Object(
+        {
+            "algo": Text(),
+            "env": Text(),
+            "seed": Whole(0, 2**63 - 1),
+            "threads": Whole(1, 10_000),
+            "processes": Flag(),
+            "eval_every": Whole(1, 10**12),
+            "eval_episodes": Whole(1, 10**9),
+        },
+        notes=True,
+        open=True,
+    ),
+    RunError,
+)
+"""What is read of `run.json`; the rest is for people."""
+
 
 class RunFolder:
     """The files of a run.
@@ -95,6 +105,25 @@ class RunFolder:
     def exists(self) -> bool:
         """Whether there is a run in it."""
         return (self.path / DESCRIPTION).exists()
+
+    @contextmanager
+    def locked(self) -> Iterator[None]:
+        """Keeps other processes from training in the folder meanwhile; a kill gives it free.
+
+        Raises:
+            OptionError: another process trains in it.
+        """
+        self.path.mkdir(parents=True, exist_ok=True)
+        lock = sqlite3.connect(self.path / LOCK, timeout=0, isolation_level=None)
+        try:
+            try:
+                lock.execute("BEGIN EXCLUSIVE")
+            except sqlite3.OperationalError:
+                expected = "must not be trained by another process at the same time, as it is now"
+                raise OptionError("run", expected, str(self.path)) from None
+            yield
+        finally:
+            lock.close()
 
     def describe(self, run: Run) -> None:
         """Write down what was asked for, and with what."""
@@ -120,16 +149,14 @@ class RunFolder:
         Raises:
             RunError: it is not the folder of a run, or its files are not as they were written.
         """
-        source = str(self.path / DESCRIPTION)
-        whole = read_json(self.path / DESCRIPTION, RunError)
-        try:
-            text = (self.path / HYPERPARAMETERS).read_text(encoding="utf-8")
-            section = yaml.safe_load(text)[whole["env"]]
-            recipe = recipe_from(section, settings_of(whole["algo"]), HYPERPARAMETERS)
-            names = Run.__dataclass_fields__.keys() - {"recipe"}
-            return Run(**{name: whole[name] for name in names}, recipe=recipe)
-        except (OSError, KeyError, TypeError, yaml.YAMLError) as problem:
-            raise RunError("run", "must be as farm-ar train wrote it", repr(problem), source) from None
+        found = DOCUMENT.read(read_json(self.path / DESCRIPTION, RunError), str(self.path / DESCRIPTION))
+        source = str(self.path / HYPERPARAMETERS)
+        sections = yaml_from(read_text(self.path / HYPERPARAMETERS, RunError, "YAML"), source, RunError)
+        if not isinstance(sections, dict) or found["env"] not in sections:
+            expected = f"must have the section {found['env']}, as farm-ar train wrote it"
+            raise RunError("run", expected, type(sections).__name__, source)
+        recipe = recipe_from(sections[found["env"]], settings_of(found["algo"]), source)
+        return Run(**{name: found[name] for name in DOCUMENT.top.fields}, recipe=recipe)  # type: ignore[attr-defined]
 
     def keep(self, kind: str, steps: int, write: Callable[[Path], None]) -> None:
         """Keep files whole or not at all, in `kind/STEPS/`, beside the ones before them.
@@ -167,7 +194,8 @@ class RunFolder:
     def kept(self, kind: str) -> list[Path]:
         """The folders of a kind, the newest last."""
         home = self.path / kind
-        return sorted(p for p in home.glob("[0-9]*") if p.is_dir()) if home.is_dir() else []
+        found = home.glob("[0-9]*") if home.is_dir() else ()
+        return sorted(path for path in found if path.name.isdecimal() and path.is_dir())
 
     def newest(self, kind: str) -> Path:
         """The newest folder of a kind.
@@ -193,7 +221,11 @@ class Table:
     def __init__(self, path: Path, columns: Sequence[str], until: int) -> None:
         self._path, self._columns = path, list(columns)
         steps = columns[0]
-        self.rows = [{**row, steps: int(row[steps])} for row in read_table(path) if row[steps] <= until]
+        try:
+            self.rows = [{**row, steps: int(row[steps])} for row in read_table(path) if row[steps] <= until]
+        except (ValueError, TypeError, KeyError, csv.Error) as problem:
+            expected = "must be as farm-ar train wrote it; without the file the run goes on"
+            raise RunError("table", expected, " ".join(repr(problem).split()), str(path)) from None
 
     def add(self, **row: float) -> None:
         """One more row, with a value for each column."""

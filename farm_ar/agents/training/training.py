@@ -1,8 +1,8 @@
-"""Training a player, and going on with a training that was interrupted."""
+"""Training a policy, and going on with a training that was interrupted."""
 
 from __future__ import annotations
 
-import json
+import warnings
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -14,29 +14,23 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback, CallbackList
 from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.logger import configure
-from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecEnv, VecNormalize
 
 import farm_ar  # noqa: F401  # registers the environments
-from farm_ar.agents.training.algorithms import ALGORITHMS, POLICIES, check_fit
 from farm_ar.agents.training.callbacks import (
-    DEMONSTRATIONS,
-    MODEL,
-    NORMALIZATION,
-    REPLAY,
-    STATE,
     Checkpoints,
-    EndRehearsal,
+    EndSurrogate,
     Evaluations,
     KeepBest,
     MaskableEvaluations,
     NoteEvaluation,
     Progress,
 )
-from farm_ar.agents.training.demonstrations import Demonstrations
-from farm_ar.agents.training.imitating import ImitatingPPO
-from farm_ar.agents.training.rehearsal import Rehearsal
-from farm_ar.agents.training.run_folder import CHECKPOINTS, Run, RunFolder, as_written
+from farm_ar.agents.training.checkpoints import DEMONSTRATIONS, as_written, normalized, read_state, restore
+from farm_ar.agents.training.imitation import ImitatingPPO
+from farm_ar.agents.training.recipes import ALGORITHMS, POLICY_CLASSES, RecipeError, check_fit
+from farm_ar.agents.training.run_folder import CHECKPOINTS, Run, RunFolder
+from farm_ar.agents.training.surrogate_env import SurrogateEnv
 from farm_ar.envs.registration import check_arguments
 from farm_ar.errors import OptionError
 
@@ -48,9 +42,14 @@ WINDOW = 200
 
 
 def train(
-    run: Run, path: Path, resume: bool = False, progress: bool = False, steps: int | None = None
+    run: Run,
+    path: Path,
+    resume: bool = False,
+    progress: bool = False,
+    steps: int | None = None,
+    trust: bool = False,
 ) -> BaseAlgorithm:
-    """Train a player, and leave everything in a folder.
+    """Train a policy, and leave everything in a folder.
 
     Same arguments, same bytes; but a training that was interrupted goes on with other random numbers than it
     would have had.
@@ -61,16 +60,28 @@ def train(
         resume: whether to go on from the newest checkpoint in the folder, if there is one.
         progress: whether to show a bar, or lines where no terminal can show it.
         steps: in all, of a run that goes on, in place of those it was to have.
+        trust: whether pickles of an older version may be loaded, which can run code of whoever wrote them.
 
     Returns:
         The learner, trained.
 
     Raises:
-        OptionError: the folder holds a run already, or learner and environment do not fit.
+        OptionError: the folder holds a run already, another process trains in it, or learner and environment
+            do not fit.
+        RunError: the run's files are damaged, or hold pickles that are not trusted.
     """
     folder = RunFolder(path)
+    if not folder.exists:
+        check(run)  # before a folder is made
+    with folder.locked():
+        return _train(run, folder, resume, progress, steps, trust)
+
+
+def _train(
+    run: Run, folder: RunFolder, resume: bool, progress: bool, steps: int | None, trust: bool
+) -> BaseAlgorithm:
     if folder.exists and not resume:
-        raise OptionError("run", "must be a new folder, or go on with --resume", str(path))
+        raise OptionError("run", "must be a new folder, or go on with --resume", str(folder.path))
     if folder.exists:
         run = folder.read()
         if steps is not None:
@@ -82,16 +93,16 @@ def train(
     torch.set_num_threads(run.threads)
     started = folder.kept(CHECKPOINTS)
     newest = started[-1] if started else None
-    done, seconds = (0, 0.0) if newest is None else _state(newest)
+    done, seconds = (0, 0.0) if newest is None else read_state(newest)
     folder.go_back(done)
     seed = run.seed + done
-    envs = _environments(run, seed, run.recipe.n_envs, newest)
+    envs = _environments(run, seed, run.recipe.n_envs, newest, trust=trust)
     judge = _environments(run, run.seed + EVALUATION_SEED, 1, None, judging=True)
     try:
         first = envs
         if done < run.recipe.before:
-            first = Rehearsal(run.recipe.n_envs, seed, **run.recipe.env_kwargs)
-        model = _new_model(run, first) if newest is None else _old_model(run, first, newest)
+            first = SurrogateEnv(run.recipe.n_envs, seed, **run.recipe.env_kwargs)
+        model = _new_model(run, first) if newest is None else _old_model(run, first, newest, trust)
         if done < run.recipe.n_timesteps:
             _learn(model, run, folder, envs, judge, seconds, progress)
     finally:
@@ -112,7 +123,6 @@ def check(run: Run) -> None:
     except (gym.error.Error, TypeError) as problem:
         raise OptionError("env", f"must be one that can be made ({problem})", run.env) from None
     check_fit(run.algo, run.recipe.policy, env)
-    env.close()
     if run.recipe.imitate is not None:
         shown = run.recipe.imitate["steps"]
         if run.algo != "maskable-ppo" or run.recipe.policy != "ObjectPolicy":
@@ -123,10 +133,20 @@ def check(run: Run) -> None:
         if run.env != "FarmToTable-v0" or run.recipe.normalize is not None:
             expected = "must both be 0 but for FarmToTable-v0 without normalization"
             raise OptionError("imitate, rehearse", expected, run.recipe.before)
-        Rehearsal(1, 0, **run.recipe.env_kwargs)
+        SurrogateEnv(1, 0, **run.recipe.env_kwargs)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of batches that one environment cannot fill
+            _new_model(run, DummyVecEnv([lambda: env]))
+    except Exception as problem:  # what a learner says to its settings has no one class
+        got = " ".join(f"{type(problem).__name__}: {problem}".split())
+        raise RecipeError("recipe", "must hold settings that the learner takes", got) from None
+    env.close()
 
 
-def _environments(run: Run, seed: int, count: int, saved: Path | None, judging: bool = False) -> VecEnv:
+def _environments(
+    run: Run, seed: int, count: int, saved: Path | None, judging: bool = False, trust: bool = False
+) -> VecEnv:
     many = SubprocVecEnv if run.processes and not judging else DummyVecEnv
     # A process of its own learns of the environments by the module before the colon.
     env_id = run.env if ":" in run.env else f"farm_ar:{run.env}"
@@ -136,7 +156,7 @@ def _environments(run: Run, seed: int, count: int, saved: Path | None, judging: 
     if run.recipe.normalize is None:
         return envs
     if saved is not None:
-        return VecNormalize.load(str(saved / NORMALIZATION), envs)
+        return normalized(envs, run.recipe.normalize, saved, trust)
     kept = VecNormalize(envs, training=not judging, **run.recipe.normalize)
     if judging:
         kept.norm_reward = False
@@ -149,7 +169,7 @@ def _new_model(run: Run, envs: VecEnv) -> BaseAlgorithm:
         ALGORITHMS[run.algo] if recipe.imitate is None else partial(ImitatingPPO, imitate=recipe.imitate)
     )
     return learner(  # type: ignore[no-any-return]
-        POLICIES[recipe.policy],
+        POLICY_CLASSES[recipe.policy],
         envs,
         seed=run.seed,
         device="cpu",
@@ -159,16 +179,12 @@ def _new_model(run: Run, envs: VecEnv) -> BaseAlgorithm:
     )
 
 
-def _old_model(run: Run, envs: VecEnv, saved: Path) -> BaseAlgorithm:
-    learner = ALGORITHMS[run.algo] if run.recipe.imitate is None else ImitatingPPO
-    with as_written(saved):
-        model = learner.load(saved / MODEL, env=envs, device="cpu")
-        if isinstance(model, ImitatingPPO):
-            model.demonstrations = Demonstrations()
-            if model.num_timesteps < model.imitate["steps"]:
-                model.demonstrations.load(saved / DEMONSTRATIONS)
-        if isinstance(model, OffPolicyAlgorithm):
-            model.load_replay_buffer(saved / REPLAY)
+def _old_model(run: Run, envs: VecEnv, saved: Path, trust: bool) -> BaseAlgorithm:
+    model = _new_model(run, envs)
+    restore(model, saved, trust)
+    if isinstance(model, ImitatingPPO) and model.num_timesteps < model.imitate["steps"]:
+        with as_written(saved):
+            model.demonstrations.load(saved / DEMONSTRATIONS)
     model.set_random_seed(run.seed + model.num_timesteps)  # of the environments too, to see new tables
     return model
 
@@ -198,16 +214,9 @@ def _learn(
         ),
     ]
     if steps < recipe.before:
-        calls.append(EndRehearsal(recipe.before, envs))
+        calls.append(EndSurrogate(recipe.before, envs))
     if progress:
         calls.append(Progress(recipe.n_timesteps, recipe.before))
     model.learn(
         recipe.n_timesteps - steps, CallbackList(calls), log_interval=1, reset_num_timesteps=steps == 0
     )
-
-
-def _state(saved: Path) -> tuple[int, float]:
-    """Steps and seconds of a checkpoint."""
-    with as_written(saved):
-        state = json.loads((saved / STATE).read_text(encoding="utf-8"))
-        return int(state["steps"]), float(state["seconds"])

@@ -2,48 +2,44 @@
 
 import sys
 from dataclasses import replace
-from importlib import import_module
 
 import numpy as np
 import pytest
 
 from farm_ar.agents.attacks import (
     ATTACKS,
+    Analytic,
+    Ladder,
     Learned,
-    Trial,
+    Planned,
+    QueryOracle,
     analytic,
     attack_named,
-    components,
-    crafting,
-    crafting_kernels,
-    ladder,
+    cost_model,
+    minimal_perturbation,
     planned,
-    surrogate,
     wrong_labels,
 )
-from farm_ar.agents.attacks.components import cheapest_components
-from farm_ar.agents.attacks.crafting import craft, room_of
-from farm_ar.agents.attacks.crafting_kernels import evolve
+from farm_ar.agents.attacks.analytic import cheapest_components
+from farm_ar.agents.attacks.base import NOT_ASKED
+from farm_ar.agents.attacks.boundary_refinement import refine
+from farm_ar.agents.attacks.cost_model import Model, least_margins, model_of
 from farm_ar.agents.attacks.learned import layouts_left
-from farm_ar.agents.attacks.refining import refine
-from farm_ar.agents.attacks.surrogate import Model, least_margins, model_of
-from farm_ar.agents.attacks.trial import NOT_ASKED
+from farm_ar.agents.attacks.minimal_perturbation import craft, evolve, room_of
 from farm_ar.agents.cases import Case, draw_case
 from farm_ar.agents.certificates import lower_bound
 from farm_ar.agents.effort import effort_of, efforts
-from farm_ar.agents.players import AnalyticPlayer
+from farm_ar.agents.policies import AnalyticPolicy
 from farm_ar.envs import FarmToTableEnv
 from farm_ar.envs.reids import REIDS
 from farm_ar.errors import InputError, MissingPackageError, OptionError
 from farm_ar.reid import Identification, LastKnownReid, NearestReid, SpatialReid
 from farm_ar.scenes import Camera, Layout, Weights, builtin_scene, observe
 
-planning = import_module("farm_ar.agents.attacks.planned")  # the attack of that name hides it
-
 
 def trial_of(number=0, queries=300, budget=1.0, reid="spatial", scene="farm", jitter="default"):
     case = draw_case(builtin_scene(scene), number, 0, jitter)
-    return Trial(case, REIDS[reid](case.scene), queries, budget)
+    return QueryOracle(case, REIDS[reid](case.scene), queries, budget)
 
 
 class Slow:
@@ -58,31 +54,31 @@ class Slow:
 
 @pytest.mark.parametrize("name", ATTACKS)
 def test_attacks_keep_to_queries_and_budget_and_the_certificate(name):
-    trial = trial_of(queries=240, budget=0.9)
-    ATTACKS[name](trial, np.random.default_rng(0))
-    assert 0 < trial.asked <= 240
-    if trial.cheapest is None:
+    oracle = trial_of(queries=240, budget=0.9)
+    ATTACKS[name](oracle, np.random.default_rng(0))
+    assert 0 < oracle.asked <= 240
+    if oracle.cheapest is None:
         assert name == "random"  # chance may find none
         return
-    bound = lower_bound(trial.case, trial.reid).total
-    for failure in (trial.cheapest, trial.worst):
+    bound = lower_bound(oracle.case, oracle.reid).total
+    for failure in (oracle.cheapest, oracle.worst):
         assert bound <= failure.effort <= 0.9
         position, yaw = failure.position[None], failure.yaw[None]
-        assert trial.allowed(position, yaw)[0]
-        assert trial.effort(position, yaw)[0] == failure.effort
-        assert wrong_labels(trial.case, trial.reid, position, yaw)[0] == failure.wrong > 0
-        assert 1 <= failure.query <= trial.asked
-    assert trial.worst.wrong >= trial.cheapest.wrong
-    assert trial.cells.sum() >= 1
+        assert oracle.allowed(position, yaw)[0]
+        assert oracle.effort(position, yaw)[0] == failure.effort
+        assert wrong_labels(oracle.case, oracle.reid, position, yaw)[0] == failure.wrong > 0
+        assert 1 <= failure.query <= oracle.asked
+    assert oracle.worst.wrong >= oracle.cheapest.wrong
+    assert oracle.cells.sum() >= 1
 
 
-class Watched(Trial):
+class Watched(QueryOracle):
     """Counts how often it is asked, and fails where that has no end."""
 
-    def ask(self, position, yaw):
+    def query(self, position, yaw):
         self.calls = getattr(self, "calls", 0) + 1
         assert self.calls < 20_000, "an attack has no end"
-        return super().ask(position, yaw)
+        return super().query(position, yaw)
 
 
 def full_board(inside):
@@ -99,26 +95,26 @@ def full_board(inside):
 @pytest.mark.parametrize("name", ATTACKS)
 def test_every_attack_ends_where_next_to_nothing_can_be_moved(name, inside):
     case = full_board(inside)
-    trial = Watched(case, REIDS["spatial"](case.scene), 50, 1.0)
-    ATTACKS[name](trial, np.random.default_rng(0))
-    assert trial.asked <= 50
+    oracle = Watched(case, REIDS["spatial"](case.scene), 50, 1.0)
+    ATTACKS[name](oracle, np.random.default_rng(0))
+    assert oracle.asked <= 50
 
 
 def test_one_attack_that_could_move_nothing_does_not_end_the_ladder():
-    trial = trial_of(queries=400)
-    trial.refused = 10**9
-    assert trial.left == 0
-    ladder(trial, np.random.default_rng(0))
-    assert trial.asked > 200
+    oracle = trial_of(queries=400)
+    oracle.refused = 10**9
+    assert oracle.left == 0
+    Ladder()(oracle, np.random.default_rng(0))
+    assert oracle.asked > 200
 
 
 @pytest.mark.parametrize("name", ATTACKS)
 def test_the_same_seed_finds_the_same_failures(name):
     found = []
     for _ in range(2):
-        trial = trial_of(1, queries=120)
-        ATTACKS[name](trial, np.random.default_rng(3))
-        found.append(trial)
+        oracle = trial_of(1, queries=120)
+        ATTACKS[name](oracle, np.random.default_rng(3))
+        found.append(oracle)
     first, second = found
     assert first.asked == second.asked
     np.testing.assert_array_equal(first.cells, second.cells)
@@ -128,22 +124,22 @@ def test_the_same_seed_finds_the_same_failures(name):
 
 
 def test_what_is_not_allowed_or_too_dear_is_not_asked():
-    trial = trial_of(budget=0.1)
-    layout = trial.case.layout
+    oracle = trial_of(budget=0.1)
+    layout = oracle.case.layout
     position = np.repeat(layout.position[None], 3, axis=0)
     position[1] += [5.0, 0.0]
     position[2, 0] += [0.3, 0.0]
-    wrong = trial.ask(position, np.repeat(layout.yaw[None], 3, axis=0))
+    wrong = oracle.query(position, np.repeat(layout.yaw[None], 3, axis=0))
     assert wrong.tolist() == [0, NOT_ASKED, NOT_ASKED]
-    assert (trial.asked, trial.left) == (1, 299)
+    assert (oracle.asked, oracle.left) == (1, 299)
 
 
 def test_when_no_query_is_left_nothing_is_asked():
-    trial = trial_of(queries=2)
-    layout = trial.case.layout
+    oracle = trial_of(queries=2)
+    layout = oracle.case.layout
     many = np.repeat(layout.position[None], 5, axis=0), np.repeat(layout.yaw[None], 5, axis=0)
-    assert trial.ask(*many).tolist() == [0, 0, NOT_ASKED, NOT_ASKED, NOT_ASKED]
-    assert trial.left == 0
+    assert oracle.query(*many).tolist() == [0, 0, NOT_ASKED, NOT_ASKED, NOT_ASKED]
+    assert oracle.left == 0
 
 
 def test_a_rule_without_batches_gets_the_same_answers(rng):
@@ -170,29 +166,29 @@ def test_the_analytic_attack_is_as_good_as_the_search_and_better_than_chance():
     least = {}
     for name in ("random", "cma", "analytic"):
         trials = [trial_of(number, queries=300) for number in range(3)]
-        for number, trial in enumerate(trials):
-            ATTACKS[name](trial, np.random.default_rng(number))
-        least[name] = np.mean([trial.least for trial in trials])
+        for number, oracle in enumerate(trials):
+            ATTACKS[name](oracle, np.random.default_rng(number))
+        least[name] = np.mean([oracle.least for oracle in trials])
     assert least["analytic"] < least["cma"] < least["random"]
 
 
 def test_the_ladder_is_no_worse_than_its_analytic_rung():
     for number in range(2):
         alone, all_of_them = trial_of(number, queries=600), trial_of(number, queries=600)
-        analytic(alone, np.random.default_rng(0))
-        ladder(all_of_them, np.random.default_rng(0))
+        Analytic()(alone, np.random.default_rng(0))
+        Ladder()(all_of_them, np.random.default_rng(0))
         assert all_of_them.least <= 1.05 * alone.least
 
 
 def test_refining_makes_a_failure_cheaper_and_leaves_none_alone():
-    trial = trial_of(queries=400)
-    refine(trial, np.random.default_rng(0))
-    assert trial.asked <= 50
-    ATTACKS["halton"](trial, np.random.default_rng(0))
-    before = trial.least
-    trial.queries += 300
-    refine(trial, np.random.default_rng(1))
-    assert trial.least < before
+    oracle = trial_of(queries=400)
+    refine(oracle, np.random.default_rng(0))
+    assert oracle.asked <= 50
+    ATTACKS["halton"](oracle, np.random.default_rng(0))
+    before = oracle.least
+    oracle.queries += 300
+    refine(oracle, np.random.default_rng(1))
+    assert oracle.least < before
 
 
 @pytest.mark.parametrize("name", [*ATTACKS, "learned"])
@@ -201,14 +197,14 @@ def test_a_case_in_which_nothing_can_move_is_given_up(name):
     layout = replace(scene.layout, fixed=np.ones(len(scene.layout), dtype=bool))
     case = draw_case(scene, 0, 0)
     still = Case(replace(scene, layout=layout), case.camera)
-    trial = Trial(still, REIDS["spatial"](still.scene), 64, 1.0)
+    oracle = QueryOracle(still, REIDS["spatial"](still.scene), 64, 1.0)
     if name == "learned":
         with pytest.raises(OptionError):
-            attack_named(name)(trial, np.random.default_rng(0))
+            attack_named(name)(oracle, np.random.default_rng(0))
         return
-    ATTACKS[name](trial, np.random.default_rng(0))
-    assert trial.asked <= 50
-    assert trial.asked <= 64
+    ATTACKS[name](oracle, np.random.default_rng(0))
+    assert oracle.cheapest is None
+    assert oracle.asked <= 64
 
 
 def test_efforts_are_d_with_weights_of_one():
@@ -223,9 +219,9 @@ def test_efforts_are_d_with_weights_of_one():
 
 
 def test_components_come_cheapest_first_and_within_categories():
-    trial = trial_of()
-    layout = trial.case.layout
-    found = cheapest_components(trial.case, model_of(trial), 40)
+    oracle = trial_of()
+    layout = oracle.case.layout
+    found = cheapest_components(oracle.case, model_of(oracle), 40)
     assert len(found) == 40
     assert [one.guess for one in found] == sorted(one.guess for one in found)
     for one in found:
@@ -237,7 +233,7 @@ def test_components_come_cheapest_first_and_within_categories():
 def test_what_an_attack_takes_a_rule_for():
     case = draw_case(builtin_scene("farm"), 0, 0)
     models = {
-        make: model_of(Trial(case, make(case.scene), 1, 1.0))
+        make: model_of(QueryOracle(case, make(case.scene), 1, 1.0))
         for make in (SpatialReid, NearestReid, LastKnownReid, Slow)
     }
     assert models[SpatialReid] == Model(Weights(1.0, 1.0), False, False, True)
@@ -253,28 +249,28 @@ def test_labels_that_may_be_shared_need_no_object_to_leave():
 
 
 def test_crafted_displacements_do_what_they_promise():
-    trial = trial_of(3, queries=200)
-    model = model_of(trial)
-    room = room_of(trial.case, model)
-    for component in cheapest_components(trial.case, model, 12):
-        one = craft(trial.case, room, component, np.random.default_rng(0), 800)
+    oracle = trial_of(3, queries=200)
+    model = model_of(oracle)
+    room = room_of(oracle.case, model)
+    for component in cheapest_components(oracle.case, model, 12):
+        one = craft(oracle.case, room, component, np.random.default_rng(0), 800)
         if np.isfinite(one.effort):
-            assert trial.effort(one.position, one.yaw) == pytest.approx(one.effort)
-            assert trial.ask(one.position[None], one.yaw[None])[0] > 0
-    assert trial.asked > 3
+            assert oracle.effort(one.position, one.yaw) == pytest.approx(one.effort)
+            assert oracle.query(one.position[None], one.yaw[None])[0] > 0
+    assert oracle.asked > 3
 
 
-def test_the_crafting_kernels_say_the_same_uncompiled(monkeypatch):
-    trial = trial_of(3)
-    model = model_of(trial)
-    room = room_of(trial.case, model)
-    hidden = next(c for c in cheapest_components(trial.case, model, 60) if c.hidden and c.end >= 0)
-    expected = craft(trial.case, room, hidden, np.random.default_rng(0), 60, restarts=1)
+def test_the_minimal_perturbation_say_the_same_uncompiled(monkeypatch):
+    oracle = trial_of(3)
+    model = model_of(oracle)
+    room = room_of(oracle.case, model)
+    hidden = next(c for c in cheapest_components(oracle.case, model, 60) if c.hidden and c.end >= 0)
+    expected = craft(oracle.case, room, hidden, np.random.default_rng(0), 60, restarts=1)
     for name in ("cost_of_label", "beyond_view", "violation", "effort_in"):
-        monkeypatch.setattr(crafting_kernels, name, getattr(crafting_kernels, name).py_func)
-    monkeypatch.setattr(crafting, "evolve", evolve.py_func)
-    assert crafting.evolve is not evolve
-    again = craft(trial.case, room, hidden, np.random.default_rng(0), 60, restarts=1)
+        monkeypatch.setattr(minimal_perturbation, name, getattr(minimal_perturbation, name).py_func)
+    monkeypatch.setattr(minimal_perturbation, "evolve", evolve.py_func)
+    assert minimal_perturbation.evolve is not evolve
+    again = craft(oracle.case, room, hidden, np.random.default_rng(0), 60, restarts=1)
     assert again.effort == pytest.approx(expected.effort)
     np.testing.assert_allclose(again.position, expected.position)
 
@@ -282,23 +278,23 @@ def test_the_crafting_kernels_say_the_same_uncompiled(monkeypatch):
 def test_margins_are_those_of_the_table_as_it_stands_and_0_when_wrong():
     from farm_ar.envs.table import TableView
 
-    trial = trial_of(2)
-    case, layout = trial.case, trial.case.layout
+    oracle = trial_of(2)
+    case, layout = oracle.case, oracle.case.layout
     order = np.arange(len(layout))
     view = TableView(case.scene, layout, layout, case.camera, order, order[layout.movable])
-    found = least_margins(trial, layout.position[None], layout.yaw[None])
+    found = least_margins(oracle, layout.position[None], layout.yaw[None])
     assert found[0] == pytest.approx(np.nanmin(view.margins[np.isfinite(view.margins)]))
-    analytic(trial, np.random.default_rng(0))
-    failure = trial.cheapest
-    assert least_margins(trial, failure.position[None], failure.yaw[None])[0] == 0.0
+    Analytic()(oracle, np.random.default_rng(0))
+    failure = oracle.cheapest
+    assert least_margins(oracle, failure.position[None], failure.yaw[None])[0] == 0.0
 
 
 def test_the_margins_kernel_says_the_same_uncompiled():
-    trial = trial_of(2)
-    case, layout = trial.case, trial.case.layout
-    expected = least_margins(trial, layout.position[None], layout.yaw[None])
+    oracle = trial_of(2)
+    case, layout = oracle.case, oracle.case.layout
+    expected = least_margins(oracle, layout.position[None], layout.yaw[None])
     result, wrong, ambiguity = np.ones(1), np.zeros(1), np.zeros(1)
-    surrogate._look.py_func(
+    cost_model._look.py_func(
         layout.position[None], layout.yaw[None], case.in_view[None], layout.position, layout.yaw,
         layout.category_code, 1 / case.scene.diagonal, 1.0, result, wrong, ambiguity,
     )  # fmt: skip
@@ -317,36 +313,36 @@ def test_cases_are_a_function_of_seed_and_number():
 
 
 def test_the_number_of_components_is_a_limit():
-    trial = trial_of()
-    assert len(cheapest_components(trial.case, model_of(trial), 5)) == 5
-    assert components._smallest(np.full((2, 2), np.inf), 3) == []
+    oracle = trial_of()
+    assert len(cheapest_components(oracle.case, model_of(oracle), 5)) == 5
+    assert analytic._smallest(np.full((2, 2), np.inf), 3) == []
 
 
 def test_plans_find_more_wrong_labels_than_the_cheapest_failure_has():
     most = []
     for number in range(4):
-        trial = trial_of(number, queries=260)
-        planned(trial, np.random.default_rng(0))
-        assert trial.worst.wrong > trial.cheapest.wrong or trial.worst.wrong >= 3
-        most.append(trial.worst.wrong)
+        oracle = trial_of(number, queries=260)
+        Planned()(oracle, np.random.default_rng(0))
+        assert oracle.worst.wrong > oracle.cheapest.wrong or oracle.worst.wrong >= 3
+        most.append(oracle.worst.wrong)
     assert np.mean(most) >= 3
 
 
 def test_the_worst_failure_becomes_cheaper_and_stays_as_bad():
-    trial = trial_of(2, queries=400)
-    planning.add_to_worst(trial, planning.steps_of(trial), np.random.default_rng(0))
-    before = trial.worst
-    trial.queries += 300
-    planning.cheapen_worst(trial, np.random.default_rng(0))
-    assert trial.worst.wrong >= before.wrong
-    assert trial.worst.effort < before.effort
+    oracle = trial_of(2, queries=400)
+    planned.add_to_worst(oracle, planned.steps_of(oracle), np.random.default_rng(0))
+    before = oracle.worst
+    oracle.queries += 300
+    planned.cheapen_worst(oracle, np.random.default_rng(0))
+    assert oracle.worst.wrong >= before.wrong
+    assert oracle.worst.effort < before.effort
 
 
 def test_worth_counts_what_the_paper_rule_misreads():
-    trial = trial_of(0, queries=400)
-    ladder(trial, np.random.default_rng(0))
-    worst = trial.worst
-    wrong, ambiguity = surrogate.worth_of(trial, worst.position[None], worst.yaw[None])
+    oracle = trial_of(0, queries=400)
+    Ladder()(oracle, np.random.default_rng(0))
+    worst = oracle.worst
+    wrong, ambiguity = cost_model.worth_of(oracle, worst.position[None], worst.yaw[None])
     assert wrong[0] == worst.wrong
     assert ambiguity[0] >= worst.wrong  # who is misread is as unclear as can be
 
@@ -358,20 +354,20 @@ def train():
 
 @pytest.mark.usefixtures("train")
 def test_trained_players_play_the_case_and_what_they_leave_is_refined():
-    trial = trial_of(2, queries=300)
-    attack_named("learned")(trial, np.random.default_rng(0))
+    oracle = trial_of(2, queries=300)
+    attack_named("learned")(oracle, np.random.default_rng(0))
     again = trial_of(2, queries=300)
     attack_named("learned")(again, np.random.default_rng(0))
-    assert 0 < trial.asked <= 300
-    assert again.asked == trial.asked
-    np.testing.assert_array_equal(again.cells, trial.cells)
+    assert 0 < oracle.asked <= 300
+    assert again.asked == oracle.asked
+    np.testing.assert_array_equal(again.cells, oracle.cells)
 
 
 def test_what_players_leave_is_what_stands_and_nothing_fixed_has_moved():
-    trial, env = trial_of(1), FarmToTableEnv(action="slot", animals_a_second=0.0)
-    left = list(layouts_left(AnalyticPlayer(beam=1), env, trial.case))
+    oracle, env = trial_of(1), FarmToTableEnv(action="slot", animals_a_second=0.0)
+    left = list(layouts_left(AnalyticPolicy(beam=1), env, oracle.case))
     assert 0 < len(left) <= 6
-    home = trial.case.layout
+    home = oracle.case.layout
     for position, yaw in left:
         np.testing.assert_array_equal(position[home.fixed], home.position[home.fixed])
         np.testing.assert_array_equal(yaw[home.fixed], home.yaw[home.fixed])

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farm_ar.agents.attacks import Trial, analytic, wrong_labels
+from farm_ar.agents.attacks import Analytic, QueryOracle, wrong_labels
 from farm_ar.agents.cases import Case, draw_case
 from farm_ar.agents.certificates import NO_BOUND, lower_bound, single
 from farm_ar.agents.certificates.single import Mover, single_mover, turn_gain
@@ -154,7 +154,7 @@ def test_nothing_below_the_bound_makes_a_label_wrong(name, drawn):
     case, numbers = drawn
     rule, layout = RULES[name](case.scene), case.layout
     found = lower_bound(case, rule)
-    trial = Trial(case, rule, queries=10_000, budget=5.0)
+    oracle = QueryOracle(case, rule, queries=10_000, budget=5.0)
     n = len(layout)
     # Objects on their way to others' places, as far and as turned as chance has it.
     number = 400 if hasattr(rule, "identify_many") else 40
@@ -164,7 +164,7 @@ def test_nothing_below_the_bound_makes_a_label_wrong(name, drawn):
     aside = numbers.normal(0.0, 0.03, (number, n, 2)) * (share > 0)[..., None]
     position = layout.position + share[..., None] * (layout.position[goal] - layout.position) + aside
     yaw = layout.yaw + turn * (layout.yaw[goal] - layout.yaw)
-    wrong = trial.ask(position, yaw)
+    wrong = oracle.query(position, yaw)
     each = efforts(layout, case.scene.diagonal, position[wrong > 0], yaw[wrong > 0])
     assert np.all(each.sum(axis=1) >= found.total)
     assert np.all(each.max(axis=1, initial=0) >= found.largest * (1 - 1e-9))
@@ -176,12 +176,12 @@ def test_no_attack_that_knows_the_rule_goes_below_the_bound(name):
     for number in range(4):
         case = draw_case(builtin_scene("farm"), number, 1, "hard")
         rule = RULES[name](case.scene)
-        trial = Trial(case, rule, queries=400, budget=1.5)
-        analytic(trial, np.random.default_rng(number))
+        oracle = QueryOracle(case, rule, queries=400, budget=1.5)
+        Analytic()(oracle, np.random.default_rng(number))
         bound = lower_bound(case, rule).total
         assert bound > 0
-        assert trial.cheapest is not None
-        assert bound <= trial.cheapest.effort
+        assert oracle.cheapest is not None
+        assert bound <= oracle.cheapest.effort
 
 
 def test_the_bound_of_the_paper_rule_is_tight():
@@ -189,9 +189,9 @@ def test_the_bound_of_the_paper_rule_is_tight():
     for number in range(8):
         case = draw_case(builtin_scene("farm"), number, 0, "default")
         rule = REIDS["spatial"](case.scene)
-        trial = Trial(case, rule, queries=500, budget=1.0)
-        analytic(trial, np.random.default_rng(number))
-        ratios.append(trial.least / lower_bound(case, rule).total)
+        oracle = QueryOracle(case, rule, queries=500, budget=1.0)
+        Analytic()(oracle, np.random.default_rng(number))
+        ratios.append(oracle.least / lower_bound(case, rule).total)
     assert min(ratios) >= 1
     assert np.median(ratios) <= 1.25
 
@@ -204,9 +204,9 @@ def test_objects_in_view_have_bounds_of_their_own():
     # The shed is the only one of its kind.
     assert found.by_object[case.layout.index("shed")] == np.inf
     # What makes an object's label wrong costs that object's own bound at the least.
-    trial = Trial(case, rule, queries=500, budget=1.0)
-    analytic(trial, np.random.default_rng(0))
-    failure = trial.cheapest
+    oracle = QueryOracle(case, rule, queries=500, budget=1.0)
+    Analytic()(oracle, np.random.default_rng(0))
+    failure = oracle.cheapest
     assert wrong_labels(case, rule, failure.position[None], failure.yaw[None])[0] == failure.wrong
 
 

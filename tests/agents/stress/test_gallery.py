@@ -2,7 +2,7 @@
 
 from types import SimpleNamespace
 
-from farm_ar.agents.stress.gallery import GALLERY, gallery
+from farm_ar.agents.stress.failures import GALLERY, gallery
 
 
 def row(case, effort, misread, wrong=None, surprise=1.0):
@@ -10,8 +10,8 @@ def row(case, effort, misread, wrong=None, surprise=1.0):
     return {"reid": "spatial", "case": case, "attack": "a", "cheapest": failure, "worst": failure}
 
 
-def shown_of(rows):
-    study = SimpleNamespace(options=SimpleNamespace(reids=("spatial",)), attacked=rows)
+def shown_of(rows, known=()):
+    study = SimpleNamespace(options=SimpleNamespace(reids=("spatial",)), attacked=rows, known=known)
     kinds = {}
     for one in gallery(study):
         kinds.setdefault(one.kind, []).append(one)
@@ -47,3 +47,9 @@ def test_other_ways_of_being_misread_come_before_more_of_the_same():
 def test_there_may_be_fewer_cases_than_places():
     shown = shown_of([row(0, 0.1, [["a", "b"]])])
     assert [len(each) for each in shown.values()] == [1, 1, 1]
+
+
+def test_what_is_wrong_before_anything_moves_is_no_failure():
+    known = [{"reid": "spatial", "case": c, "wrong_untouched": int(c == 0)} for c in range(3)]
+    shown = shown_of([row(c, 0.1 * c, [["a", "b"]]) for c in range(3)], known)
+    assert {one.row["case"] for each in shown.values() for one in each} == {1, 2}

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from farm_ar.agents.stress.statistics import broken_within, calibrate, clopper_pearson, median
+from farm_ar.agents.stress.statistics import broken_within, calibrate, clustered_share, median, share_of
 
 
 @pytest.mark.parametrize(
@@ -12,13 +12,37 @@ from farm_ar.agents.stress.statistics import broken_within, calibrate, clopper_p
     [(0, 10, 0.0, 0.3085), (1, 10, 0.0025, 0.4450), (5, 10, 0.1871, 0.8129), (10, 10, 0.6915, 1.0)],
 )
 def test_intervals_are_those_of_clopper_and_pearson(k, n, low, high):
-    found = clopper_pearson(k, n)
+    found = share_of(k, n)
     assert found == pytest.approx((k / n, low, high), abs=1e-4)
 
 
 def test_of_no_trials_everything_is_possible():
-    assert np.isnan(clopper_pearson(0, 0).value)
-    assert clopper_pearson(0, 0)[1:] == (0.0, 1.0)
+    assert np.isnan(share_of(0, 0).value)
+    assert share_of(0, 0)[1:] == (0.0, 1.0)
+
+
+def test_trials_of_one_case_that_are_alike_widen_the_interval():
+    """Beta-binomial cases: the interval over cases holds the truth about as often as it says."""
+    rng, truth = np.random.default_rng(0), 0.1
+    held = np.zeros(2)
+    for _ in range(200):
+        k = rng.binomial(200, rng.beta(0.5, 4.5, 40))
+        pooled, clustered = share_of(int(k.sum()), 8000), clustered_share(k, [200] * 40, rng)
+        assert pooled.value == clustered.value
+        held += [share.low <= truth <= share.high for share in (pooled, clustered)]
+    assert held[0] < 0.5 * 200
+    assert held[1] > 0.87 * 200
+
+
+def test_cases_weigh_as_much_as_they_have_trials():
+    found = clustered_share([0, 30], [10, 30], np.random.default_rng(0))
+    assert found == pytest.approx((0.75, 0.0, 1.0))
+
+
+@pytest.mark.parametrize(("each", "ends"), [(0, (0.0, 0.3085)), (50, (0.6915, 1.0))])
+def test_where_all_cases_agree_there_are_as_many_trials_as_cases(each, ends):
+    found = clustered_share([each] * 10, [50] * 10, np.random.default_rng(0))
+    assert found == pytest.approx((each / 50, *ends), abs=1e-4)
 
 
 def test_a_median_counts_what_never_failed_as_infinite():

@@ -4,7 +4,7 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="pip install '.[train]'")
 
-from farm_ar.agents.training.muon_adam import ADAM_SHARE, MuonAdam  # noqa: E402
+from farm_ar.agents.training.object_policy import ADAM_SHARE, MuonAdam  # noqa: E402
 
 
 @pytest.fixture

@@ -9,8 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sb3_contrib import MaskablePPO
 
-from farm_ar.agents.training.muon_adam import MuonAdam
-from farm_ar.agents.training.object_policy import ObjectPolicy
+from farm_ar.agents.training.object_policy import MuonAdam, ObjectPolicy
 from farm_ar.envs import FarmToTableEnv
 from farm_ar.errors import OptionError
 

@@ -6,10 +6,19 @@ import gymnasium as gym
 import pytest
 
 import farm_ar  # noqa: F401  # registers the environments
-from farm_ar.agents.training.algorithms import ALGORITHMS, check_fit, settings_of
-from farm_ar.agents.training.needed import need_training
-from farm_ar.agents.training.recipes import IMITATE, Recipe, RecipeError, load_recipe
-from farm_ar.errors import MissingPackageError, OptionError
+from farm_ar.agents.packages import need_training
+from farm_ar.agents.training.recipes import (
+    ALGORITHMS,
+    IMITATE,
+    Recipe,
+    RecipeError,
+    check_fit,
+    load_recipe,
+    settings_of,
+)
+from farm_ar.agents.training.run_folder import Run
+from farm_ar.agents.training.training import train
+from farm_ar.errors import InputError, MissingPackageError, OptionError
 
 IDS = ("FarmToTable-v0", "FarmToTableHand-v0", "FarmToTableLayout-v0", "SceneLayout-v0")
 
@@ -123,7 +132,32 @@ def test_a_planner_is_asked_for_left_out_and_no_use_to_a_helper():
 @pytest.mark.parametrize("package", ["torch", "sb3_contrib", "tensorboard"])
 def test_what_is_missing_is_named_with_what_to_install(monkeypatch, package):
     monkeypatch.setitem(sys.modules, package, None)
-    with pytest.raises(
-        MissingPackageError, match=rf"training needs {package}: pip install 'farm-ar\[train\]'"
-    ):
+    with pytest.raises(MissingPackageError, match=f"training needs {package}: install the extra train"):
         need_training()
+
+
+DAMAGED = [
+    "", "7", "[]", "a: [1", "\x00", "default: 3", "default: {1: 2}", "default: {[1]: 2}", "default: &a [*a]",
+    "default: 2001-99-99", "[" * 3000, "default: {n_envs: 1.5}", "default: {n_envs: 0}",
+    "default: {n_timesteps: 1e30}", "default: {n_timesteps: true}", "default: {policy: [ObjectPolicy]}",
+    "default: {policy: Nobody}", "default: {policy_kwargs: 3}", "default: {policy_kwargs: {1: 2}}",
+    "default: {policy_kwargs: {nothing: 1}}", "default: {policy_kwargs: {net_arch: many}}",
+    "default: {env_kwargs: [1]}", "default: {env_kwargs: {1: 2}}", "default: {env_kwargs: {nothing: 1}}",
+    "default: {n_steps: many}", "default: {n_steps: 0}", "default: {batch_size: -1}",
+    "default: {n_epochs: {}}", "default: {gamma: .nan}", "default: {gamma: 2}",
+    "default: {learning_rate: fast}",
+    "default: {learning_rate: lin_}", "default: {learning_rate: lin_nan}", "default: {n_steps: lin_8}",
+    "default: {learning_rate: [1]}", "default: {ent_coef: {}}",
+    "default: {normalize: 1}", "default: {normalize: {gamma: x}}", "default: {normalize: {norm_obs: 3}}",
+    "default: {imitate: 3}", "default: {imitate: {steps: .inf}}", "default: {rehearse: -1}",
+    "default: !!python/object/apply:os.system [ls]",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("text", DAMAGED)
+def test_a_damaged_file_is_named_in_one_line_before_a_folder_is_made(written, tmp_path, text):
+    path = written(text)
+    with pytest.raises(InputError) as problem:
+        train(Run("ppo", "FarmToTable-v0", 0, load_recipe("ppo", "FarmToTable-v0", path)), tmp_path / "run")
+    assert "\n" not in str(problem.value)
+    assert not (tmp_path / "run").exists()

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from farm_ar.agents.training.scores import interquartile_mean, normalized, score
+from farm_ar.agents.training.evaluation import interquartile_mean, normalized, score
 from farm_ar.errors import OptionError
 
 

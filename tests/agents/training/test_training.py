@@ -3,24 +3,29 @@
 import dataclasses
 import json
 import os
+import pickle
 import shutil
 import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
+import gymnasium as gym
+import numpy as np
 import pytest
 import torch
 import yaml
 from sb3_contrib import MaskablePPO
 from stable_baselines3.common.vec_env import DummyVecEnv
 
-from farm_ar.agents.training.algorithms import ALGORITHMS
-from farm_ar.agents.training.rehearsal import Rehearsal
+from farm_ar.agents.policies.trained import load_policy
+from farm_ar.agents.training.checkpoints import pickles_in
+from farm_ar.agents.training.recipes import ALGORITHMS
 from farm_ar.agents.training.run_folder import RunError, RunFolder, read_table
-from farm_ar.agents.training.trained_player import load_player
+from farm_ar.agents.training.surrogate_env import SurrogateEnv
 from farm_ar.agents.training.training import train
-from farm_ar.errors import OptionError
+from farm_ar.errors import InputError, OptionError
 
 
 def with_recipe(run, **values):
@@ -80,7 +85,7 @@ def test_a_folder_with_a_run_is_not_written_over(tiny, tmp_path):
 CHILD = """
 import sys, torch
 from pathlib import Path
-from farm_ar.agents.training.rehearsal import Rehearsal
+from farm_ar.agents.training.surrogate_env import SurrogateEnv
 from farm_ar.agents.training.run_folder import RunFolder
 from farm_ar.agents.training.training import train
 train(RunFolder(Path(sys.argv[1])).read(), Path(sys.argv[2]))
@@ -150,7 +155,7 @@ def test_a_damaged_model_is_named_and_the_one_before_it_can_be_used(tiny, tmp_pa
     folder = RunFolder(tmp_path)
     damaged = folder.newest("checkpoints")
     (damaged / "model.zip").write_bytes((damaged / "model.zip").read_bytes()[:1000])
-    for use in (lambda: train(run, tmp_path, resume=True, steps=96), lambda: load_player(tmp_path, "last")):
+    for use in (lambda: train(run, tmp_path, resume=True, steps=96), lambda: load_policy(tmp_path, "last")):
         with pytest.raises(RunError, match=f"{damaged.name}: model: must be as it was written"):
             use()
     shutil.rmtree(damaged)
@@ -173,12 +178,13 @@ def test_what_belongs_to_the_model_goes_on_with_it(tiny, tmp_path, algo, values)
     saved = RunFolder(tmp_path).newest("checkpoints")
     if algo == "sac":
         assert model.replay_buffer.size() * 2 == 64
-        assert (saved / "replay_buffer.pkl").exists()
+        assert (saved / "replay_buffer.npz").exists()
     else:
         # Both halves of the training have been counted.
         assert model.get_vec_normalize_env().obs_rms["position"].count > 64
-        assert (saved / "vecnormalize.pkl").exists()
-        assert (RunFolder(tmp_path).newest("best") / "vecnormalize.pkl").exists()
+        assert (saved / "normalization.npz").exists()
+        assert (RunFolder(tmp_path).newest("best") / "normalization.npz").exists()
+    assert pickles_in(saved) == []
 
 
 def test_after_the_rehearsal_it_goes_on_in_the_environment(tiny, tmp_path, monkeypatch):
@@ -192,7 +198,7 @@ def test_after_the_rehearsal_it_goes_on_in_the_environment(tiny, tmp_path, monke
     monkeypatch.setattr(MaskablePPO, "collect_rollouts", watched)
     run = tiny(n_timesteps=128, rehearse=64)
     model = train(run, tmp_path)
-    assert where == [Rehearsal] * 2 + [DummyVecEnv] * 2
+    assert where == [SurrogateEnv] * 2 + [DummyVecEnv] * 2
     assert model.num_timesteps == 128
     assert len(read_table(tmp_path / "training.csv")) == 4
 
@@ -215,3 +221,131 @@ def test_mistakes_in_the_arguments_are_seen_before_anything_is_written(tiny, tmp
     with pytest.raises(OptionError, match="jitter"):
         train(tiny(env_kwargs={"jitter": "wild"}), tmp_path / "run")
     assert not (tmp_path / "run").exists()
+
+
+ALGORITHMS_AND_VALUES = [
+    ("maskable-ppo", {}),
+    ("sac", {"env_kwargs": {"action": "continuous", "animals_a_second": 0.0, "play_seconds": 0.0}}),
+    ("ppo", {"normalize": {"norm_obs": True, "norm_reward": True}}),
+]
+
+
+@pytest.mark.parametrize(("algo", "values"), ALGORITHMS_AND_VALUES)
+def test_a_checkpoint_is_read_without_unpickling_anything(tiny, tmp_path, monkeypatch, algo, values):
+    run = tiny(algo, n_timesteps=32, checkpoint_every=16, **values)
+    trained = train(run, tmp_path)
+
+    def refuse(*_, **__):
+        raise AssertionError("something was unpickled")
+
+    for name in ("load", "loads", "Unpickler"):
+        monkeypatch.setattr(f"pickle.{name}", refuse)
+        monkeypatch.setattr(f"cloudpickle.{name}", refuse, raising=False)
+    env = DummyVecEnv([lambda: gym.make(run.env, **run.recipe.env_kwargs)])
+    observation = env.reset()
+    player = load_policy(tmp_path, "last")
+    expected = trained.predict(
+        trained.get_vec_normalize_env().normalize_obs(observation) if algo == "ppo" else observation,
+        deterministic=True,
+    )[0]
+    shown = player._normalization.normalize_obs(observation) if algo == "ppo" else observation
+    assert np.array_equal(player.policy.predict(shown, deterministic=True)[0], expected)
+    resumed = train(run, tmp_path, resume=True)
+    assert torch.equal(weights(trained), weights(resumed))
+    before, after = (model.policy.state_dict() for model in (trained, resumed))
+    assert all(torch.equal(before[name], after[name]) for name in before)
+    assert resumed._n_updates == trained._n_updates
+    assert [dict(e, t=0) for e in resumed.ep_info_buffer] == [
+        {"r": float(e["r"]), "l": e["l"], "t": 0} for e in trained.ep_info_buffer
+    ]
+    if algo == "sac":
+        assert np.array_equal(resumed.replay_buffer.rewards, trained.replay_buffer.rewards)
+        assert resumed.log_ent_coef.item() == trained.log_ent_coef.item()
+
+
+class Evil:
+    """What a pickle may do when it is loaded."""
+
+    def __init__(self, path):
+        self.path = path
+
+    def __reduce__(self):
+        return Path.touch, (self.path,)
+
+
+@pytest.mark.parametrize(("algo", "values"), ALGORITHMS_AND_VALUES[1:])
+def test_a_pickle_of_an_older_folder_is_loaded_only_if_it_is_trusted(tiny, tmp_path, algo, values):
+    run = tiny(algo, n_timesteps=32, checkpoint_every=16, **values)
+    model = train(run, tmp_path / "run")
+    saved = RunFolder(tmp_path / "run").newest("checkpoints")
+    if algo == "sac":
+        (saved / "replay_buffer.npz").unlink()
+        model.save_replay_buffer(saved / "replay_buffer.pkl")
+    else:
+        (saved / "normalization.npz").unlink()
+        model.get_vec_normalize_env().save(str(saved / "vecnormalize.pkl"))
+    shutil.copytree(tmp_path / "run", tmp_path / "evil")
+    with pytest.raises(RunError, match=r"must be trusted \(--trust\)"):
+        train(run, tmp_path / "run", resume=True, steps=64)
+    assert train(run, tmp_path / "run", resume=True, steps=64, trust=True).num_timesteps == 64
+    (pickled,) = (tmp_path / "evil" / "checkpoints").glob("*/*.pkl")
+    pickled.write_bytes(pickle.dumps(Evil(tmp_path / "touched")))
+    with pytest.raises(RunError):
+        train(run, tmp_path / "evil", resume=True, steps=64)
+    assert not (tmp_path / "touched").exists()
+
+
+LOCKED = """
+import sys
+from pathlib import Path
+from farm_ar.agents.training.run_folder import RunFolder
+with RunFolder(Path(sys.argv[1])).locked():
+    print("mine", flush=True)
+    sys.stdin.read()
+"""
+
+
+def test_two_processes_do_not_train_in_one_folder_and_a_kill_gives_it_free(tiny, tmp_path):
+    run = tiny(n_timesteps=32)
+    train(run, tmp_path)
+    command = [sys.executable, "-c", LOCKED, str(tmp_path)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as child:
+        assert child.stdout.readline() == b"mine\n"
+        with pytest.raises(OptionError, match="must not be trained by another process at the same time"):
+            train(run, tmp_path, resume=True, steps=64)
+        os.kill(child.pid, signal.SIGKILL)
+    assert train(run, tmp_path, resume=True, steps=64).num_timesteps == 64
+
+
+@pytest.mark.parametrize("name", ["model.zip", "state.json", "normalization.npz"])
+@pytest.mark.parametrize("part", [0, 0.5, 0.98])
+def test_a_truncated_checkpoint_is_named_in_one_line(tiny, tmp_path, name, part):
+    run = tiny("ppo", n_timesteps=32, normalize={"norm_obs": True, "norm_reward": True})
+    train(run, tmp_path)
+    damaged = RunFolder(tmp_path).newest("checkpoints") / name
+    content = damaged.read_bytes()
+    damaged.write_bytes(content[: int(part * len(content))])
+    with pytest.raises(RunError, match="model: must be as it was written") as problem:
+        train(run, tmp_path, resume=True, steps=64)
+    assert "\n" not in str(problem.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("run.json", "[]"), ("run.json", "{"), ("run.json", '{"algo": ["ppo"]}'), ("run.json", ""),
+        ("run.json", '{"algo": "ppo", "env": 3, "seed": 0}'),
+        ("hyperparameters.yml", ""), ("hyperparameters.yml", "a: [1"), ("hyperparameters.yml", "{}"),
+        ("hyperparameters.yml", "FarmToTable-v0: {n_envs: many}"),
+        ("hyperparameters.yml", "FarmToTable-v0: 3"),
+        ("training.csv", "steps\n1,2,3\nx"), ("training.csv", "a,b\n1,2\n"),
+        ("evaluations.csv", "steps,b\n32,\n"),
+    ],
+)  # fmt: skip
+def test_a_damaged_run_folder_is_named_in_one_line(tiny, tmp_path, name, content):
+    run = dataclasses.replace(tiny(n_timesteps=32), eval_every=32)
+    train(run, tmp_path)
+    (tmp_path / name).write_text(content)
+    with pytest.raises(InputError) as problem:
+        train(run, tmp_path, resume=True, steps=96)
+    assert "\n" not in str(problem.value)

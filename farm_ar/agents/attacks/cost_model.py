@@ -1,0 +1,133 @@
+"""How near the paper's rule is to an error, as a number that falls before anything is wrong; for searches."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from farm_ar.agents.attacks.base import QueryOracle
+from farm_ar.agents.cases import Case
+from farm_ar.agents.one_kind import identify_kind
+from farm_ar.arrays import BoolArray, FloatArray, IntArray
+from farm_ar.kernels import compiled
+from farm_ar.reid import LastKnownReid, NearestReid, SpatialReid, dimension_cost
+from farm_ar.scenes import Weights, visible
+
+CLEAR_MARGIN = 0.3
+"""The margin from which on a label counts as clear."""
+
+
+class Model(NamedTuple):
+    """What an attack takes a re-identifier for.
+
+    Args:
+        weights: of the costs.
+        categories_apart: whether labels keep to detections of their category.
+        labels_shared: whether one label may be given to several detections.
+        sizes_count: whether a label of another size costs more.
+    """
+
+    weights: Weights
+    categories_apart: bool
+    labels_shared: bool
+    sizes_count: bool = False
+
+
+def model_of(oracle: QueryOracle) -> Model:
+    """What the re-identifier is, if it is known; the paper's rule as its game uses it otherwise."""
+    reid = oracle.reid
+    if isinstance(reid, NearestReid | LastKnownReid):
+        return Model(Weights(1.0, 0.0), False, True)
+    if isinstance(reid, SpatialReid):
+        terms, weights = reid.options.terms, reid.weights
+        used = Weights(
+            weights.translation if "translation" in terms else 0.0,
+            weights.rotation if "rotation" in terms else 0.0,
+        )
+        return Model(used, reid.options.gate_categories, False, "dimension" in terms)
+    return Model(oracle.case.scene.cost_weights, True, False)
+
+
+def stretch_of(case: Case, model: Model) -> FloatArray:
+    """(N, N) C_d of the objects' sizes (Eq. 6), 1 where sizes do not count."""
+    size = case.layout.size
+    return dimension_cost(size, size) if model.sizes_count else np.ones((len(size), len(size)))
+
+
+def least_margins(oracle: QueryOracle, position: FloatArray, yaw: FloatArray) -> FloatArray:
+    """(B,) the least by which giving a detection its own label beats giving it another; 0 when it does not.
+
+    By the paper's cost, kind by kind, which is arithmetic and no query: white-box for the paper's rule, and a
+    guess for any other.
+
+    Args:
+        oracle: whose case and re-identifier.
+        position: (B, N, 2) metres.
+        yaw: (B, N) radians.
+    """
+    return _looked_at(oracle, position, yaw)[0]
+
+
+def worth_of(oracle: QueryOracle, position: FloatArray, yaw: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(B,) wrong labels, and (B,) how near the right ones are to being wrong, as `least_margins` sees it.
+
+    The latter is the sum of 1 - margin / 0.3 over the detections, from 0 to 1 each.
+    """
+    _, wrong, ambiguity = _looked_at(oracle, position, yaw)
+    return wrong, ambiguity
+
+
+def _looked_at(
+    oracle: QueryOracle, position: FloatArray, yaw: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """(B,) least margins, (B,) wrong labels, (B,) ambiguities."""
+    case, layout, weights = oracle.case, oracle.case.layout, model_of(oracle).weights
+    result = np.ones(len(yaw)), np.zeros(len(yaw)), np.zeros(len(yaw))
+    _look(
+        np.ascontiguousarray(position),
+        np.ascontiguousarray(yaw),
+        visible(layout.with_poses(position, yaw), case.camera),
+        layout.position,
+        layout.yaw,
+        layout.category_code,
+        weights.translation / case.scene.diagonal,
+        weights.rotation,
+        *result,
+    )
+    return result
+
+
+@compiled
+def _look(
+    position: FloatArray,
+    yaw: FloatArray,
+    seen: BoolArray,
+    label_position: FloatArray,
+    label_yaw: FloatArray,
+    category: IntArray,
+    way_weight: float,
+    turn_weight: float,
+    least: FloatArray,
+    wrong: FloatArray,
+    ambiguity: FloatArray,
+) -> None:
+    """Fill in the results, (B,) each, of which the first holds ones and the others zeros."""
+    for b in range(len(yaw)):
+        for code in range(category.max() + 1):
+            found, label, margin = identify_kind(
+                code,
+                category,
+                seen[b],
+                position[b],
+                yaw[b],
+                label_position,
+                label_yaw,
+                way_weight,
+                turn_weight,
+            )
+            for x in range(len(found)):
+                sure = margin[x] if label[x] == found[x] else 0.0
+                least[b] = min(least[b], sure)
+                wrong[b] += label[x] != found[x]
+                ambiguity[b] += max(1.0 - sure / CLEAR_MARGIN, 0.0)

@@ -1,0 +1,136 @@
+"""A policy that plans a whole turn from the paper's cost: whole cycles change places."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from farm_ar.agents.policies.action_encoding import action_of, moves_left
+from farm_ar.agents.policies.base import Policy
+from farm_ar.agents.policies.beam_search import search
+from farm_ar.agents.policies.plan_steps import SHARES, Allowance, Eye, Table, Terms
+from farm_ar.envs import FarmToTableEnv
+from farm_ar.envs.actions import DisplacementAction, Move
+from farm_ar.envs.generator import unit_of
+from farm_ar.envs.table import TableView
+from farm_ar.errors import OptionError
+from farm_ar.geometry import wrap
+from farm_ar.scenes import Camera, Scene
+
+REACHES = {
+    "slot": (np.inf, np.inf, 0),
+    "displacement": (0.3, np.pi / 2, len(DisplacementAction.LEVELS)),
+    "continuous": (0.3, np.pi / 2, 0),
+    "offsets": (0.15, np.pi / 4, 0),
+}
+"""What one action can do, by its name: metres on the farm, radians, how many levels either has, if any."""
+
+
+class Step(NamedTuple):
+    """Object `mover` goes `share` of its way to the place of `label`."""
+
+    mover: int
+    label: int
+    share: float
+
+
+def best_plan(env: FarmToTableEnv, beam: int) -> list[Step]:
+    """The plan after which the paper's rule would give most wrong labels, less the price of the effort.
+
+    Every object is moved once at most, over half of the way to the place of a label of its kind or farther
+    (T3, T5), on a way that is clear, and within the budget.
+
+    Args:
+        env: an environment in an episode.
+        beam: how many unfinished plans are kept.
+
+    Raises:
+        OptionError: the hand is steered.
+    """
+    moves, most, scene, m = moves_left(env), env.budget.most, env.view.scene, len(env.view.truth)
+    allowed = Allowance(most.metres, most.radians, most.effort, scene.diagonal, moves)
+    terms = terms_of(scene, str(env.config.action), env.config.effort_weight)
+    steps, worth = np.zeros((moves, 3), dtype=np.int64), np.empty((m, m, len(SHARES)))
+    count = search(_table(env), eye_of(env.view.camera), terms, allowed, beam, steps, worth)
+    return [Step(int(i), int(j), float(SHARES[share])) for i, j, share in steps[:count]]
+
+
+def move_of(view: TableView, step: Step) -> Move:
+    """The move that a step means, from where its object stands now."""
+    shift = view.believed.position[step.label] - view.truth.position[step.mover]
+    turn = float(wrap(view.believed.yaw[step.label] - view.truth.yaw[step.mover]))
+    return Move(step.mover, step.share * shift, step.share * turn)
+
+
+def terms_of(scene: Scene, action: str, effort_weight: float) -> Terms:
+    """What things cost on a scene, and what an action of that name can do.
+
+    Args:
+        scene: the room.
+        action: by name.
+        effort_weight: price of a unit of effort beside a wrong label.
+    """
+    weights, (metres, radians, levels) = scene.cost_weights, REACHES[action]
+    return Terms(
+        weights.translation / scene.diagonal,
+        weights.rotation,
+        effort_weight / scene.diagonal,
+        effort_weight / np.pi,
+        *scene.size,
+        metres * unit_of(scene),
+        radians,
+        levels,
+    )
+
+
+def eye_of(camera: Camera) -> Eye:
+    """A camera as the search takes it; without a height it has no vertical limits."""
+    x, z = camera.position.tolist()
+    height = 0.0 if camera.height is None else float(camera.height)
+    fov = camera.fov
+    limited = camera.height is not None and fov.up is not None and fov.down is not None
+    up, down = (fov.up, fov.down) if limited else (np.nan, np.nan)
+    pitch = float(camera.pitch)
+    return Eye(x, z, height, float(camera.yaw), pitch, fov.left, fov.right, fov.range_m, up, down)  # type: ignore[arg-type]
+
+
+def _table(env: FarmToTableEnv) -> Table:
+    truth, believed = env.view.truth, env.view.believed
+    return Table(
+        truth.position,
+        truth.yaw,
+        believed.position,
+        believed.yaw,
+        env.world.tracker.belief.wrong,
+        truth.category_code,
+        truth.movable,
+        truth.size,
+        truth.elevation,
+    )
+
+
+class AnalyticPolicy(Policy):
+    """Plans which objects are to be taken for which others, and plans again after every move.
+
+    An object moved over half of the way to the place of another label of its kind is cheaper as that label
+    (T3, T5), and whole cycles of them change places. A plan is made as if nothing were pushed; what was
+    pushed is seen when the next one is made.
+
+    Args:
+        rng: not needed; every policy is made with one.
+        beam: how many unfinished plans are kept.
+    """
+
+    def __init__(self, rng: np.random.Generator | None = None, beam: int = 32) -> None:
+        self._beam = beam
+
+    def act(self, env: FarmToTableEnv) -> Any:
+        """The first step of the best plan from here; leaving, or doing nothing, where there is none.
+
+        Raises:
+            OptionError: the hand is steered, or the policy is a helper.
+        """
+        if env.config.sign != 1:
+            raise OptionError("sign", "must be 1 for an analytic policy", env.config.sign)
+        return action_of(env, [move_of(env.view, step) for step in best_plan(env, self._beam)])
