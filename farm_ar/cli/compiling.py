@@ -151,12 +151,12 @@ def _planning(folder: Path) -> None:
     import gymnasium as gym
     import numpy as np
 
-    from farm_ar.agents.players import AnalyticPlayer, GreedyPlayer, play_episodes
+    from farm_ar.agents.policies import AnalyticPolicy, GreedyPolicy, play_episodes
 
     for action in ("displacement", "slot", "continuous"):
         env = gym.make("farm_ar:FarmToTable-v0", action=action)
-        for player in (AnalyticPlayer, GreedyPlayer):
-            play_episodes(env, player(np.random.default_rng(0)), range(1))
+        for policy in (AnalyticPolicy, GreedyPolicy):
+            play_episodes(env, policy(np.random.default_rng(0)), range(1))
 
 
 def _attacks(folder: Path) -> None:
