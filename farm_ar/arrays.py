@@ -1,5 +1,6 @@
 """The array types that flow through farm-ar, what values they may hold, and how a record keeps them safe."""
 
+import math
 import re
 from dataclasses import dataclass, fields
 from types import MappingProxyType
@@ -33,8 +34,9 @@ class Limits:
         return (array >= self.low) & (array <= self.high)
 
 
+FINITE = Limits(-1.797e308, 1.797e308, "must be finite")
 POSITION = Limits(-1e6, 1e6, "must be finite, from -1e6 to 1e6 metres")
-ANGLE = Limits(-np.deg2rad(3.6e8), np.deg2rad(3.6e8), "must be finite, at most 1e6 turns")
+ANGLE = Limits(-2e6 * math.pi, 2e6 * math.pi, "must be finite, at most 1e6 turns")
 SIDE = Limits(1e-6, 1e6, "must be positive metres, from 1e-6 to 1e6")
 RANGE = Limits(1e-6, 1e9, "must be positive metres, from 1e-6 to 1e9")
 SPEED = Limits(1e-6, 1e6, "must be a positive number, from 1e-6 to 1e6 metres a second")

@@ -20,6 +20,7 @@ from farm_ar.cli.play_script import play_script
 from farm_ar.cli.replay import replay
 from farm_ar.cli.reproduce import reproduce
 from farm_ar.cli.scenes import app as scenes
+from farm_ar.cli.scenes import schema
 from farm_ar.cli.stress import stress, stress_replay
 from farm_ar.cli.sweeps import app as sweeps
 from farm_ar.cli.train import train
@@ -45,6 +46,7 @@ app.command()(play)
 app.command("play-script")(play_script)
 app.command()(replay)
 app.command()(reproduce)
+app.command()(schema)
 app.command("stress-replay")(stress_replay)
 app.command()(stress)
 app.command()(train)

@@ -28,7 +28,7 @@ def replay(
 
     episode = load_trace(trace)
     steps = len(episode["actions"])
-    _check_beginning(episode, trace.name)
+    _check_arguments(episode, trace.name)
     try:
         difference = first_difference(episode)
     except (InvalidAction, ResetNeeded) as problem:
@@ -40,23 +40,13 @@ def replay(
     print_line(f"{steps} {'step' if steps == 1 else 'steps'}, bit-exact")
 
 
-def _check_beginning(trace: Mapping[str, Any], source: str) -> None:
-    """See that what the episode begins with is of the right kind, and raise a `TraceError` if not."""
+def _check_arguments(trace: Mapping[str, Any], source: str) -> None:
+    """See that the episode's arguments are an environment's, and raise a `TraceError` if not."""
     import inspect
-
-    import numpy as np
 
     from farm_ar.envs import FarmToTableEnv, TraceError
 
-    for name in ("arguments", "options"):
-        if not isinstance(trace[name], dict):
-            raise TraceError(name, "must be a JSON object", trace[name], source)
     known = inspect.signature(FarmToTableEnv).parameters
     for name in trace["arguments"]:
         if name not in known:
             raise TraceError("arguments", f"must be among {', '.join(known)}", name, source)
-    try:
-        np.random.default_rng().bit_generator.state = trace["generator"]
-    except (TypeError, ValueError, KeyError, OverflowError):
-        expected = "must be the state of a random generator of NumPy's default kind"
-        raise TraceError("generator", expected, trace["generator"], source) from None

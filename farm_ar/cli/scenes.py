@@ -95,10 +95,33 @@ def validate(
         print_line(f"Note: outside the room [0, w] x [0, d] stand {', '.join(away)}")
 
 
-@app.command()
-def schema() -> None:
-    """Print the JSON Schema of scene files."""
-    from farm_ar.cli.output import print_json
-    from farm_ar.scenes import scene_schema
+KINDS = {
+    "scene": "farm_ar.scenes.json_files:SCENE",
+    "snapshot": "farm_ar.scenes.json_files:SNAPSHOT",
+    "trace": "farm_ar.envs.trace:TRACE",
+    "script": "farm_ar.showcases.script:SCRIPT",
+    "failures": "farm_ar.agents.stress.failures:REPORT",
+}
+"""Where each kind of file is declared."""
 
-    print_json(scene_schema())
+
+def schema(
+    kind: Annotated[str, typer.Argument(metavar="KIND", help=f"One of {', '.join(KINDS)}.")],
+) -> None:
+    """Print the JSON Schema of a kind of file.
+
+    A script is TOML, whose schema is that of its values; failures are those of stress.json.
+    """
+    from importlib import import_module
+
+    from farm_ar.cli.output import print_json
+    from farm_ar.errors import known_name
+
+    module, name = KINDS[known_name("KIND", kind, KINDS)].split(":")
+    print_json(getattr(import_module(module), name).schema())
+
+
+@app.command("schema")
+def scene_schema() -> None:
+    """Print the JSON Schema of scene files, as `farm-ar schema scene` does."""
+    schema("scene")

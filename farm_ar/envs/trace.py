@@ -13,9 +13,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from farm_ar import __version__
-from farm_ar.arrays import FloatArray
+from farm_ar.arrays import ANGLE, FINITE, POSITION, RANGE, FloatArray, Limits
 from farm_ar.errors import InputError, OptionError
 from farm_ar.scenes import Camera, Layout
+from farm_ar.scenes.documents import (
+    Anything,
+    Document,
+    Either,
+    Listing,
+    Named,
+    Number,
+    Numbers,
+    Object,
+    OrNull,
+    Text,
+    Whole,
+)
 from farm_ar.scenes.files import read_json, write_text
 
 if TYPE_CHECKING:
@@ -86,7 +99,70 @@ class TraceError(InputError):
     """A trace that cannot be used."""
 
 
-FIELDS = ("version", "arguments", "generator", "options", "actions", "hash", "hashes")
+_FINITE = Number(FINITE)
+_POINT = Numbers(2, POSITION, "[x, z] in metres, from -1e6 to 1e6")
+_UP_OR_DOWN = OrNull(Number(Limits(0.0, np.pi / 2, "")), "an angle from 0 to pi / 2", default=None)
+
+TRACE = Document(
+    "trace",
+    Object(
+        {
+            "version": Text(about="Of farm-ar, which made it."),
+            "arguments": Named(Anything(), about="Of the environment, by name."),
+            "generator": Object(
+                {
+                    "bit_generator": Text(("PCG64",)),
+                    "state": Object({"state": Whole(0, 2**128 - 1), "inc": Whole(0, 2**128 - 1)}),
+                    "has_uint32": Whole(0, 1),
+                    "uinteger": Whole(0, 2**32 - 1),
+                },
+                about="State of the random generator before the reset, as NumPy gives it.",
+            ),
+            "options": Object(
+                {
+                    "layout": OrNull(
+                        Object({"position": Listing(_POINT), "yaw": Listing(Number(ANGLE))}),
+                        "a JSON object",
+                        default=None,
+                    ),
+                    "camera": OrNull(
+                        Object(
+                            {
+                                "position": _POINT,
+                                "yaw": Number(ANGLE),
+                                "height": OrNull(Number(POSITION), "a number of metres", default=None),
+                                "pitch": Number(ANGLE, default=0.0),
+                                "fov": Object(
+                                    {
+                                        "left": Number(Limits(0.0, np.pi, "")),
+                                        "right": Number(Limits(0.0, np.pi, "")),
+                                        "range_m": Number(RANGE),
+                                        "up": _UP_OR_DOWN,
+                                        "down": _UP_OR_DOWN,
+                                    },
+                                    default=None,
+                                ),
+                            }
+                        ),
+                        "a JSON object",
+                        default=None,
+                    ),
+                },
+                about="What reset was given, metres and radians.",
+            ),
+            "actions": Listing(
+                Either((_FINITE, Listing(_FINITE)), "a number or a list of numbers"),
+                about="Of all steps, in order.",
+            ),
+            "hash": Text(about="Of the state now."),
+            "hashes": Listing(Text(), about="Of the state after the reset and after each step."),
+        },
+        notes=True,
+        about="An episode of an environment, which plays again to the same state.",
+    ),
+    TraceError,
+)
+"""What a trace holds."""
 
 
 def first_difference(trace: Mapping[str, Json]) -> int | None:
@@ -119,13 +195,9 @@ def load_trace(path: str | os.PathLike[str]) -> dict[str, Json]:
     Raises:
         TraceError: it cannot be read, or is not a trace.
     """
-    trace = read_json(path, TraceError)
+    trace: dict[str, Json] = read_json(path, TraceError)
     name = Path(path).name
-    if not isinstance(trace, dict) or set(trace) != set(FIELDS):
-        got = sorted(trace) if isinstance(trace, dict) else type(trace).__name__
-        raise TraceError("file", f"must be an object with the fields {', '.join(FIELDS)}", got, name)
-    if not isinstance(trace["actions"], list) or not isinstance(trace["hashes"], list):
-        raise TraceError("actions, hashes", "must be lists", type(trace["actions"]).__name__, name)
+    TRACE.read(trace, name)
     if len(trace["hashes"]) != len(trace["actions"]) + 1:
         expected = f"must hold {len(trace['actions']) + 1} hashes, one for the reset and one per action"
         raise TraceError("hashes", expected, len(trace["hashes"]), name)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -29,6 +30,8 @@ NOTES = ("$schema", "description")
 DEGREES = Limits(-3.6e8, 3.6e8, ANGLE.expected)
 
 Path = tuple[str | int, ...]
+
+_SURROGATE = re.compile("[\ud800-\udfff]")
 
 
 class MismatchError(Exception):
@@ -78,7 +81,8 @@ class Kind(ABC):
     def schema(self) -> dict[str, Any]:
         """The JSON Schema of the kind."""
         words = {"description": self.about} if self.about else {}
-        usual = {} if self.default is NEEDED or self.default is None else {"default": self.default}
+        default = list(self.default) if isinstance(self.default, tuple) else self.default
+        usual = {} if default is NEEDED or default is None else {"default": default}
         return {**self.rule(), **usual, **words}
 
 
@@ -143,7 +147,7 @@ class Text(Kind):
             raise MismatchError("must be a non-empty string", value)
         if self.choices and value not in self.choices:
             raise MismatchError(f"must be one of {', '.join(self.choices)}", value)
-        if not is_unicode(value):
+        if not is_text(value):
             raise MismatchError("must be Unicode text, without half of a surrogate pair", value)
         return value
 
@@ -192,7 +196,9 @@ class OrNull(Kind):
         try:
             return None if value is None else self.kind.check(value)
         except MismatchError as problem:
-            raise MismatchError(f"must be {self.words} or null", problem.got, problem.path) from None
+            if problem.path:
+                raise
+            raise MismatchError(f"must be {self.words} or null", problem.got) from None
 
     def rule(self) -> dict[str, Any]:
         """See `Kind`."""
@@ -429,9 +435,9 @@ def written(number: float) -> str:
     return f"{number:g}".replace("e+0", "e").replace("e-0", "e-").replace("e+", "e")
 
 
-def is_unicode(text: str) -> bool:
-    """Whether a text can be written in UTF-8, which half of a surrogate pair cannot."""
-    return text.isascii() or not any("\ud800" <= sign <= "\udfff" for sign in text)
+def is_text(value: object) -> bool:
+    """Whether a value is a non-empty string that UTF-8 can hold, as half of a surrogate pair cannot be."""
+    return isinstance(value, str) and bool(value) and (value.isascii() or not _SURROGATE.search(value))
 
 
 def radians(angle_deg: float) -> float:

@@ -21,6 +21,7 @@ from farm_ar.arrays import (
     read_only,
 )
 from farm_ar.errors import SceneError
+from farm_ar.scenes.documents import is_text
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,8 +88,8 @@ class Layout(Record):
     def _check_names(self) -> None:
         for name in ("labels", "category"):
             for i, value in enumerate(getattr(self, name)):
-                if not isinstance(value, str) or not value:
-                    raise SceneError(f"{name}[{i}]", "must be a non-empty string", value)
+                if not is_text(value):
+                    raise SceneError(f"{name}[{i}]", "must be a non-empty string of Unicode", value)
         seen: set[str] = set()
         for i, label in enumerate(self.labels):
             if label in seen:

@@ -13,6 +13,7 @@ from farm_ar.arrays import ANGLE, POSITION, SIDE, SPEED, WEIGHT, FloatArray, Int
 from farm_ar.errors import SceneError
 from farm_ar.geometry import nearest_site
 from farm_ar.scenes.camera import PAPER_FIELD_OF_VIEW, CameraPath, FieldOfView
+from farm_ar.scenes.documents import is_text
 from farm_ar.scenes.layout import Layout
 
 
@@ -119,8 +120,8 @@ class Scene(Record):
         object.__setattr__(self, "camera_speed", float(self.camera_speed))
         object.__setattr__(self, "templates", tuple(self.templates))
         object.__setattr__(self, "symmetry", MappingProxyType(dict(self.symmetry)))
-        if not isinstance(self.name, str) or not self.name:
-            raise SceneError("name", "must be a non-empty string", self.name)
+        if not is_text(self.name):
+            raise SceneError("name", "must be a non-empty string of Unicode", self.name)
         if len(self.size) != 2 or not SIDE.allow(self.size).all():
             raise SceneError(
                 "size_m", "must be 2 positive numbers in metres, from 1e-6 to 1e6", list(self.size)
@@ -137,8 +138,8 @@ class Scene(Record):
         places: set[tuple[float, float]] = set()
         for i, site in enumerate(self.sites):
             place = (site.x, site.z)
-            if not isinstance(site.name, str) or not site.name:
-                raise SceneError(f"sites[{i}].name", "must be a non-empty string", site.name)
+            if not is_text(site.name):
+                raise SceneError(f"sites[{i}].name", "must be a non-empty string of Unicode", site.name)
             if not POSITION.allow(place).all():
                 raise SceneError(f"sites[{i}]", "must have a finite x and z, from -1e6 to 1e6 metres", place)
             if site.name in names:

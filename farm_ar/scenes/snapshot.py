@@ -21,6 +21,7 @@ from farm_ar.arrays import (
 )
 from farm_ar.errors import SnapshotError
 from farm_ar.scenes.camera import Camera
+from farm_ar.scenes.documents import is_text
 
 UNKNOWN = -1
 """Code of a category that is not known, and index of a label that is none."""
@@ -77,10 +78,10 @@ class Detections(Record):
 
     def _check_names(self) -> None:
         for i, category in enumerate(self.category):
-            if category is not None and not (isinstance(category, str) and category):
+            if category is not None and not is_text(category):
                 raise SnapshotError(f"detections[{i}].category", "must be a category or None", category)
         n, ids = len(self.category), self.ids
-        if len(set(ids)) != n or len(ids) != n or not all(isinstance(one, str) and one for one in ids):
+        if len(set(ids)) != n or len(ids) != n or not all(map(is_text, ids)):
             raise SnapshotError("detections.id", f"must be {n} different names", list(ids))
 
     def __len__(self) -> int:

@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-import farm_ar.scenes
+import farm_ar.cli.inputs
 from farm_ar import __version__
 from farm_ar.cli import main
 from farm_ar.errors import MissingPackageError, SceneError
@@ -96,29 +96,29 @@ def test_signs_that_the_encoding_lacks_are_replaced(monkeypatch):
     ],
 )
 def test_a_mistake_is_one_line_with_its_name(mistake, monkeypatch, problem, line):
-    def fail():
+    def fail(name):
         raise problem
 
-    monkeypatch.setattr(farm_ar.scenes, "scene_schema", fail)
-    assert mistake("scenes", "schema") == line
+    monkeypatch.setattr(farm_ar.cli.inputs, "builtin_scene", fail)
+    assert mistake("scenes", "show", "farm") == line
 
 
 def test_an_interruption_is_one_line(run, monkeypatch):
-    def interrupt():
+    def interrupt(name):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(farm_ar.scenes, "scene_schema", interrupt)
-    result = run("scenes", "schema")
+    monkeypatch.setattr(farm_ar.cli.inputs, "builtin_scene", interrupt)
+    result = run("scenes", "show", "farm")
     assert (result.exit_code, result.stdout, result.stderr) == (130, "", "Interrupted.\n")
 
 
 def test_an_error_of_ours_keeps_its_traceback(run, monkeypatch):
-    def fail():
+    def fail(name):
         raise ZeroDivisionError
 
-    monkeypatch.setattr(farm_ar.scenes, "scene_schema", fail)
+    monkeypatch.setattr(farm_ar.cli.inputs, "builtin_scene", fail)
     with pytest.raises(ZeroDivisionError):
-        run("scenes", "schema")
+        run("scenes", "show", "farm")
 
 
 @pytest.mark.parametrize(
@@ -132,18 +132,20 @@ def test_a_misused_command_is_refused_in_one_line(mistake, arguments):
 
 
 def test_what_the_operating_system_refuses_is_one_line(mistake, monkeypatch):
-    def fail():
+    def fail(name):
         raise OSError(errno.ENOSPC, "No space left on device", "a\x1b[31m.mp4")
 
-    monkeypatch.setattr(farm_ar.scenes, "scene_schema", fail)
-    assert mistake("scenes", "schema") == (r"OSError: [Errno 28] No space left on device: 'a\x1b[31m.mp4'")
+    monkeypatch.setattr(farm_ar.cli.inputs, "builtin_scene", fail)
+    assert mistake("scenes", "show", "farm") == (
+        r"OSError: [Errno 28] No space left on device: 'a\x1b[31m.mp4'"
+    )
 
 
 def test_no_error_steers_the_terminal(mistake, monkeypatch):
-    def fail():
+    def fail(name):
         raise SceneError("a\x1b[31m", "must be one of \x07, \u202e", "b\n", "c\r.json")
 
-    monkeypatch.setattr(farm_ar.scenes, "scene_schema", fail)
-    assert mistake("scenes", "schema") == (
+    monkeypatch.setattr(farm_ar.cli.inputs, "builtin_scene", fail)
+    assert mistake("scenes", "show", "farm") == (
         r"SceneError: c\r.json: a\x1b[31m: must be one of \x07, \u202e, got 'b\n'"
     )

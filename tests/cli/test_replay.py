@@ -62,7 +62,7 @@ def test_a_file_that_is_no_trace_is_one_line(mistake, saved, trace, tmp_path):
     (tmp_path / "half.json").write_text('{"actions": [')
     assert mistake("replay", "half.json").startswith("TraceError: half.json: file: must be JSON")
     del (parts := dict(trace))["generator"]
-    assert mistake("replay", saved(parts)).startswith("TraceError: trace.json: file: must be an object")
+    assert mistake("replay", saved(parts)).startswith("TraceError: trace.json: generator: must be")
 
 
 def test_an_argument_that_there_is_not_is_one_line(mistake, saved, trace):
@@ -75,11 +75,16 @@ def test_an_argument_that_there_is_not_is_one_line(mistake, saved, trace):
     [
         ({"arguments": {"speed": 3}}, "arguments: must be among scene, control,"),
         ({"arguments": 3}, "arguments: must be a JSON object, got 3"),
-        ({"generator": {"bit_generator": "PCG64"}}, "generator: must be the state of a random generator"),
-        ({"generator": None}, "generator: must be the state of a random generator"),
+        ({"generator": {"bit_generator": "PCG64"}}, "generator.state: must be a JSON object, got nothing"),
+        ({"generator": {"bit_generator": "MT19937"}}, "generator.bit_generator: must be one of PCG64"),
+        ({"generator": None}, "generator: must be a JSON object, got None"),
+        ({"hash": 7}, "hash: must be a non-empty string, got 7"),
+        ({"hashes": ["a", None]}, "hashes[1]: must be a non-empty string, got None"),
+        ({"options": {"layout": {"position": [[0, 1e9]]}}}, "options.layout.position[0]: must be [x, z]"),
+        ({"options": {"camera": {"position": [0, 0], "yaw": 1e300}}}, "options.camera.yaw: must be a number"),
         ({"options": 3}, "options: must be a JSON object, got 3"),
         ({"actions": [[0.0], [0.0], [0.0]]}, "actions: must be actions of an episode with these arguments"),
-        ({"actions": ["left", {}, None]}, "actions: must be actions of an episode with these arguments"),
+        ({"actions": ["left", {}, None]}, "actions[0]: must be a number or a list of numbers, got 'left'"),
     ],
     ids=str,
 )

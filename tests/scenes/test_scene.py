@@ -118,8 +118,8 @@ def test_numbers_of_any_kind_become_plain_ones_so_that_errors_and_files_show_the
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"name": ""}, "name: must be a non-empty string, got ''"),
-        ({"name": 3}, "name: must be a non-empty string, got 3"),
+        ({"name": ""}, "name: must be a non-empty string of Unicode, got ''"),
+        ({"name": 3}, "name: must be a non-empty string of Unicode, got 3"),
         ({"size": (4,)}, r"size_m: must be 2 positive numbers in metres, from 1e-6 to 1e6, got \[4.0\]"),
         (
             {"size": (4, 3, 2)},
@@ -149,7 +149,7 @@ def test_numbers_of_any_kind_become_plain_ones_so_that_errors_and_files_show_the
             {"camera_speed": np.nan},
             "camera.speed_m_s: must be a positive number, from 1e-6 to 1e6 metres a second, got nan",
         ),
-        ({"sites": (Site("", 0, 0),)}, r"sites\[0\].name: must be a non-empty string, got ''"),
+        ({"sites": (Site("", 0, 0),)}, r"sites\[0\].name: must be a non-empty string of Unicode, got ''"),
         (
             {"sites": (Site("S", np.nan, 0),)},
             r"sites\[0\]: must have a finite x and z, from -1e6 to 1e6 metres, got \(nan, 0.0\)",

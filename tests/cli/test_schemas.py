@@ -1,0 +1,104 @@
+"""Each kind of file is declared once: what its JSON Schema allows is what its reader takes."""
+
+import json
+import random
+from typing import Any
+
+import jsonschema
+import numpy as np
+import pytest
+
+from farm_ar.agents.stress.failures import REPORT
+from farm_ar.cli.scenes import KINDS
+from farm_ar.envs.trace import TRACE
+from farm_ar.errors import InputError
+from farm_ar.scenes import BUILTIN, builtin_scene, scene_from_dict, scene_to_dict, snapshot_from_dict
+from farm_ar.scenes.documents import MismatchError, is_text
+from farm_ar.scenes.json_files import SCENE, SNAPSHOT
+from farm_ar.showcases.script import SCRIPT
+
+DECLARED = {"scene": SCENE, "snapshot": SNAPSHOT, "trace": TRACE, "script": SCRIPT, "failures": REPORT}
+MUTANTS = 1000
+
+BESIDE_OTHERS = (
+    *("must not repeat an earlier", "must not stand where an earlier", "must be a category of the objects"),
+    *("must be named after a category", "must be 4, 7, 10", "must not all be the same point"),
+)
+"""What may be wrong with values that are right one by one, which no schema says."""
+
+
+def test_there_is_a_schema_of_every_kind():
+    assert list(KINDS) == list(DECLARED)
+
+
+@pytest.mark.parametrize("kind", DECLARED)
+def test_a_schema_is_one_and_allows_a_whole_document(run, documents, kind):
+    schema = json.loads(run("schema", kind).stdout)
+    assert schema == DECLARED[kind].schema()
+    jsonschema.Draft202012Validator.check_schema(schema)
+    jsonschema.validate(documents[kind], schema, jsonschema.Draft202012Validator)
+    DECLARED[kind].read(documents[kind])
+
+
+def test_the_older_command_for_the_schema_of_scenes_says_the_same(run):
+    assert run("scenes", "schema").stdout == run("schema", "scene").stdout
+
+
+def test_a_kind_that_there_is_not_is_one_line(mistake):
+    line = mistake("schema", "picture")
+    assert line == "OptionError: KIND: must be one of failures, scene, script, snapshot, trace, got 'picture'"
+
+
+@pytest.mark.parametrize("name", BUILTIN)
+def test_every_built_in_scene_fits_the_schema(name):
+    jsonschema.validate(scene_to_dict(builtin_scene(name)), SCENE.schema(), jsonschema.Draft202012Validator)
+
+
+@pytest.mark.parametrize("kind", DECLARED)
+def test_the_reader_takes_what_the_schema_allows_and_nothing_else(documents, mutate, kind):
+    validator = jsonschema.Draft202012Validator(DECLARED[kind].schema())
+    rng, taken = random.Random(0), 0
+    for _ in range(MUTANTS):
+        document = mutate(documents[kind], rng)
+        if beyond_json(document):
+            continue
+        try:
+            DECLARED[kind].top.check(document)
+            right, conflict = True, False
+        except MismatchError as problem:
+            right, conflict = False, problem.conflict
+        assert conflict or validator.is_valid(document) is right, document
+        taken += right
+    assert 0.05 * MUTANTS < taken < 0.8 * MUTANTS  # both kinds were tried
+
+
+@pytest.mark.parametrize(("kind", "read"), [("scene", scene_from_dict), ("snapshot", snapshot_from_dict)])
+def test_a_record_is_made_of_whatever_the_schema_allows_but_for_values_beside_others(
+    documents, mutate, kind, read
+):
+    validator = jsonschema.Draft202012Validator(DECLARED[kind].schema())
+    rng = random.Random(1)
+    for _ in range(MUTANTS):
+        document = mutate(documents[kind], rng)
+        if beyond_json(document):
+            continue
+        wrong = None
+        try:
+            read(document)
+        except InputError as problem:
+            wrong = problem.expected
+        if validator.is_valid(document):
+            assert wrong is None or wrong.startswith(BESIDE_OTHERS), document
+        else:
+            assert wrong is not None, document
+
+
+def beyond_json(value: Any) -> bool:
+    """Whether there is a number or a text in a value that JSON in UTF-8 does not have."""
+    if isinstance(value, dict):
+        return any(beyond_json(item) or not is_text(name) for name, item in value.items())
+    if isinstance(value, list):
+        return any(map(beyond_json, value))
+    return (isinstance(value, float) and not np.isfinite(value)) or (
+        isinstance(value, str) and bool(value) and not is_text(value)
+    )
