@@ -246,11 +246,11 @@ def identify_table() -> Table:
     """`identify` from the snapshot to the labels, beside lp_solve alone."""
     one_category = builtin_scene("classroom")
     rules = {
-        "default": SpatialOptions(),
-        "categories must agree": SpatialOptions(gate_categories=True),
-        "pruned, threshold 0.5": SpatialOptions(threshold=0.5),
-        "pruned, threshold 0.75, categories must agree": SpatialOptions(threshold=0.75, gate_categories=True),
-        "boxes along the world's axes": SpatialOptions(box="world"),
+        "default": SpatialOptions(gate_categories=False),
+        "categories must agree": SpatialOptions(),
+        "pruned, threshold 0.5": SpatialOptions(threshold=0.5, gate_categories=False),
+        "pruned, threshold 0.75, categories must agree": SpatialOptions(threshold=0.75),
+        "boxes along the world's axes": SpatialOptions(box="world", gate_categories=False),
     }
     rows = {name: [name] for name in rules}
     notes = []

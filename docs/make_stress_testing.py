@@ -37,11 +37,11 @@ HARM_COLUMNS = (
 )
 TIGHTNESS = """\
 How exactly the truth is known for the paper's rule: the least effort found, divided by the certified one,
-case by case; and by the simple bound (T1 alone). The game keeps categories apart; the rule as the paper
-states it, `--reid farm_ar.reid:SpatialReid`, does not (`--cases 8 --out out/farm-ungated`, and
+case by case; and by the simple bound (T1 alone). The game keeps categories apart; the rule of the
+paper's synthetic experiments, `--reid spatial-ungated`, does not (`--cases 8 --out out/farm-ungated`, and
 `out/H1-ungated` with `--jitter none`)."""
 METHODS = "spatial,likelihood,relational,distance,nearest,last-known"
-UNGATED = "--reid farm_ar.reid:SpatialReid"
+UNGATED = "--reid spatial-ungated"
 ON = {"farm": "--scene farm", "H1": "--scene H1 --jitter none"}
 REPORTS = {
     "farm": f"{ON['farm']} --compare {METHODS} --cases 10",

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from farm_ar.cli.options import REID_HELP
+
 
 def demo(
     scripts: Annotated[
@@ -15,9 +17,7 @@ def demo(
     ] = None,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Where the films go.")] = Path("out"),
     gif: Annotated[bool, typer.Option("--gif/--no-gif", help="Whether to make GIFs too.")] = True,
-    reid: Annotated[
-        str, typer.Option(metavar="NAME", help="The re-identifier: spatial, likelihood, relational, ...")
-    ] = "spatial",
+    reid: Annotated[str, typer.Option(metavar="NAME", help=REID_HELP)] = "spatial",
 ) -> None:
     """Play scripts of the Farm-to-Table game and film them.
 
@@ -28,10 +28,10 @@ def demo(
     from farm_ar.cli.places import make_folder
     from farm_ar.cli.play_script import print_film
     from farm_ar.cli.progress import progress
-    from farm_ar.envs.reids import reid_factory
+    from farm_ar.reid import load_reid
     from farm_ar.showcases import builtin_scripts, film_script, load_script
 
-    names, make_reid = _file_names(scripts or list(builtin_scripts())), reid_factory(reid)
+    names, make_reid = _file_names(scripts or list(builtin_scripts())), load_reid(reid)
     make_folder("--out", out)
     loaded = {name: load_script(script) for name, script in names.items()}
     for name, script in loaded.items():

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from farm_ar.cli.options import number
+from farm_ar.cli.options import REID_HELP, number
 
 
 def identify(
@@ -31,8 +31,8 @@ def identify(
     reid: Annotated[
         str,
         typer.Option(
-            metavar="RULE",
-            help="spatial (the paper's), likelihood, relational, nearest, distance or last-known.",
+            metavar="NAME",
+            help=REID_HELP,
         ),
     ] = "spatial",
     threshold: Annotated[
@@ -51,7 +51,7 @@ def identify(
         bool | None,
         typer.Option(
             "--gate/--no-gate",
-            help="Whether labels keep to detections of their category; no-gate by default. (*)",
+            help="Whether labels keep to detections of their category, as by default. (*, distance, nearest)",
         ),
     ] = None,
     solver: Annotated[str | None, typer.Option(metavar="NAME", help="lsap, the default, or mip. (*)")] = None,
@@ -81,7 +81,7 @@ def identify(
     """
     from farm_ar.cli import output, reports
     from farm_ar.cli.inputs import read_scene, read_snapshot
-    from farm_ar.cli.rules import explanation, make_rule
+    from farm_ar.cli.rules import decided_by_category, explanation, make_rule
 
     known, seen = read_scene(scene, room), read_snapshot(snapshot, camera)
     rule = make_rule(known, reid, threshold, weights, gate, solver, min_confidence)
@@ -99,6 +99,9 @@ def identify(
     )
     for line in reports.summarise(known, found):
         output.print_line(line)
+    if decided := decided_by_category(rule, seen, found):
+        which = f"{len(decided)} of {len(seen.detections)} detections ({', '.join(decided)})"
+        output.print_line(f"Categories decided the labels of {which}: with --no-gate they would be others")
     if why is not None:
         output.print_line(why)
     if plot is not None:

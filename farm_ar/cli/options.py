@@ -1,4 +1,4 @@
-"""Numbers on the command line: read strictly, within limits, and refused in one line."""
+"""Options that several commands share; numbers are read strictly, within limits, and refused in one line."""
 
 from __future__ import annotations
 
@@ -8,6 +8,12 @@ from typing import Annotated
 import typer
 
 from farm_ar.arrays import number_in, whole_in
+
+REID_HELP = (
+    "spatial (the paper's), spatial-ungated, likelihood, relational, nearest, distance, last-known, "
+    "or module:Class of your own, called with the scene."
+)
+"""What `--reid` takes."""
 
 MOST_SEED = 2**63 - 1
 """The largest seed: what a store of results can hold."""

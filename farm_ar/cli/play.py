@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from farm_ar.cli.options import Seed
+from farm_ar.cli.options import REID_HELP, Seed
 
 if TYPE_CHECKING:
     from farm_ar.game_logic.moment import Moment
+    from farm_ar.reid import ReidFactory
     from farm_ar.showcases.draft import Draft
 
 HELP = """\
@@ -34,6 +35,7 @@ def play(
     gaze: Annotated[str, typer.Option(metavar="SITE", help='The site you look at, or "sweep".')] = "S1",
     seed: Seed = 0,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Where the pictures go.")] = Path("out"),
+    reid: Annotated[str, typer.Option(metavar="NAME", help=REID_HELP)] = "spatial",
     save: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Save the moves as a script for `farm-ar demo`.")
     ] = None,
@@ -45,15 +47,16 @@ def play(
     """
     from farm_ar.cli.output import print_line
     from farm_ar.cli.places import make_folder, writing
+    from farm_ar.reid import load_reid
     from farm_ar.showcases.draft import Draft
 
-    draft = Draft(scene, gaze, seed)
+    draft, make_reid = Draft(scene, gaze, seed), load_reid(reid)
     make_folder("--out", out)
     _print_help()
-    moment = _show(draft, out)
-    _take_lines(draft, moment, out)
+    moment = _show(draft, make_reid, out)
+    _take_lines(draft, make_reid, moment, out)
     if draft.visits:
-        _print_end(draft)
+        _print_end(draft, make_reid)
     if save is not None:
         from farm_ar.scenes.files import write_text
 
@@ -62,7 +65,7 @@ def play(
         print_line(f"Saved {save}; film it with: farm-ar demo {save}")
 
 
-def _take_lines(draft: Draft, moment: Moment, out: Path) -> None:
+def _take_lines(draft: Draft, make_reid: ReidFactory, moment: Moment, out: Path) -> None:
     """Do what the lines of the input say, until they end."""
     from farm_ar.cli.output import print_line
     from farm_ar.errors import InputError
@@ -76,7 +79,7 @@ def _take_lines(draft: Draft, moment: Moment, out: Path) -> None:
         elif line == "look":
             if not pending:
                 draft.begin_visit()
-            pending, moment = 0, _show(draft, out)
+            pending, moment = 0, _show(draft, make_reid, out)
         elif line:
             if not pending:
                 draft.begin_visit()
@@ -89,7 +92,7 @@ def _take_lines(draft: Draft, moment: Moment, out: Path) -> None:
                 if not pending:
                     draft.drop_visit()
     if pending:
-        _show(draft, out)
+        _show(draft, make_reid, out)
 
 
 def _print_help() -> None:
@@ -111,7 +114,7 @@ def _at_a_terminal() -> bool:
     return sys.stdin.isatty()
 
 
-def _show(draft: Draft, out: Path) -> Moment:
+def _show(draft: Draft, make_reid: ReidFactory, out: Path) -> Moment:
     """Play what has been written so far, from the beginning, and tell and draw how things stand."""
     import numpy as np
 
@@ -120,7 +123,7 @@ def _show(draft: Draft, out: Path) -> Moment:
     from farm_ar.drawing.video import write_png
     from farm_ar.showcases.outcome import outcome
 
-    film, moment = outcome(draft.script())
+    film, moment = outcome(draft.script(), make_reid)
     seen = [row for row in film.detections if row["visit"] == draft.visits]
     if draft.visits:
         columns = ("category", "x", "z", "given", "truth", "cost")
@@ -159,11 +162,11 @@ def _print_table(moment: Moment) -> None:
     print_table(["building", "x", "z", "yaw_deg", "label"], rows, numbers=("x", "z", "yaw_deg"))
 
 
-def _print_end(draft: Draft) -> None:
+def _print_end(draft: Draft, make_reid: ReidFactory) -> None:
     from farm_ar.cli.output import print_line
     from farm_ar.showcases.outcome import outcome
 
-    film, _ = outcome(draft.script(), to_the_end=True)
+    film, _ = outcome(draft.script(), make_reid, to_the_end=True)
     final = [row for row in film.counters if row["after"] == "end"]
     print_line("Counters at the end: " + ", ".join(row["label"] for row in final))
     astray = sum(row["misplaced"] + row["stranded"] for row in final)

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from farm_ar.cli.options import REID_HELP
+
 if TYPE_CHECKING:
     from farm_ar.showcases import Film
 
@@ -17,19 +19,17 @@ def play_script(
     as_json: Annotated[
         bool, typer.Option("--json", help="Print title, snapshots and counters as JSON, and nothing else.")
     ] = False,
-    reid: Annotated[
-        str, typer.Option(metavar="NAME", help="The re-identifier: spatial, likelihood, relational, ...")
-    ] = "spatial",
+    reid: Annotated[str, typer.Option(metavar="NAME", help=REID_HELP)] = "spatial",
 ) -> None:
     """Play a script of the Farm-to-Table game without filming it.
 
     Prints what `farm-ar demo` does: what every snapshot said, and the counters.
     """
     from farm_ar.cli.output import print_json
-    from farm_ar.envs.reids import reid_factory
+    from farm_ar.reid import load_reid
     from farm_ar.showcases import Screening, load_script
 
-    film = Screening(load_script(file), reid_factory(reid), make_pictures=None).play()
+    film = Screening(load_script(file), load_reid(reid), make_pictures=None).play()
     if as_json:
         print_json({"title": film.title, "snapshots": film.detections, "counters": film.counters})
     else:

@@ -50,6 +50,12 @@ def reproduce(
     fresh: Annotated[
         bool, typer.Option("--fresh", help="Start over, rather than go on with what is finished in DIR.")
     ] = False,
+    reid: Annotated[
+        str | None,
+        typer.Option(
+            metavar="MODULE:CLASS", help="Your own re-identifier, beside the others in the last three."
+        ),
+    ] = None,
 ) -> None:
     """Repeat the paper's experiments.
 
@@ -71,4 +77,5 @@ def reproduce(
         quick=quick,
         fresh=fresh,
         console=console(),
+        reid=reid,
     )

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from farm_ar.cli.options import Seed, number, whole
+from farm_ar.cli.options import REID_HELP, Seed, number, whole
 
 LEGEND = (
     "D: effort summed over the objects moved, each distance / the room's diagonal + sin(turn / 2).",
@@ -26,9 +26,7 @@ def stress(
     ] = "farm",
     reid: Annotated[
         str,
-        typer.Option(
-            metavar="METHOD", help="A built-in one, or module:Class of your own, called with the scene."
-        ),
+        typer.Option(metavar="METHOD", help=REID_HELP),
     ] = "spatial",
     compare: Annotated[
         str | None,

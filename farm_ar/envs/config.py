@@ -9,12 +9,11 @@ from numbers import Integral, Real
 import numpy as np
 
 from farm_ar.envs.perceptions import perception_of
-from farm_ar.envs.reids import reid_factory
 from farm_ar.envs.rewards import REWARDS
 from farm_ar.errors import OptionError, known_name
 from farm_ar.game_logic.headset import FIELDS_OF_VIEW
 from farm_ar.game_logic.perception import Perception
-from farm_ar.game_logic.tracker import ReidFactory
+from farm_ar.reid import ReidFactory, reid_factory
 from farm_ar.scenes import Scene
 
 CONTROLS: dict[str, tuple[str, ...]] = {

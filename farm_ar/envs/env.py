@@ -33,7 +33,8 @@ from farm_ar.envs.worlds import World
 from farm_ar.errors import OptionError
 from farm_ar.game_logic.headset import field_of_view
 from farm_ar.game_logic.perception import Perception
-from farm_ar.game_logic.tracker import ReidFactory, Sighting
+from farm_ar.game_logic.tracker import Sighting
+from farm_ar.reid import ReidFactory
 from farm_ar.scenes import Camera, Layout, Scene
 
 

@@ -104,7 +104,7 @@ def ablated(seed: int, scene: str, file: str | None, layouts: int, box: Box, con
     room = named_scene(scene, file)
     batch = noisy_snapshots(room, NOISE, layouts, piece_rng(seed, 2, 0))
     rng = piece_rng(seed, 2, 1 + list(CONDITIONS).index(condition))
-    reid = SpatialReid(room, SpatialOptions(terms=CONDITIONS[condition], box=box), rng)
+    reid = SpatialReid(room, SpatialOptions(terms=CONDITIONS[condition], gate_categories=False, box=box), rng)
     return {"accuracy": accuracies(reid, batch, layouts)}
 
 
@@ -114,7 +114,9 @@ def fig7(setting: Setting) -> Report:
     noisy, camera = worked_example(scene, setting.rng(7, 0))
     snapshot, truth = observe(noisy, camera)
     found = {
-        name: SpatialReid(scene, SpatialOptions(terms=terms), setting.rng(7, 1 + i)).identify(snapshot)
+        name: SpatialReid(
+            scene, SpatialOptions(terms=terms, gate_categories=False), setting.rng(7, 1 + i)
+        ).identify(snapshot)
         for i, (name, terms) in enumerate(CONDITIONS.items())
     }
     scores = {name: accuracy(answer, truth) for name, answer in found.items()}

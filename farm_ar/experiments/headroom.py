@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Iterable, Mapping
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -21,13 +22,16 @@ from farm_ar.experiments.setting import (
 )
 from farm_ar.reid import (
     REIDENTIFIERS,
+    DistanceReid,
     IdentificationBatch,
+    LastKnownReid,
     LikelihoodOptions,
     LikelihoodReid,
+    NearestReid,
     Reidentifier,
-    SpatialOptions,
-    SpatialReid,
+    ReidFactory,
     batch_accuracy,
+    load_reid,
 )
 from farm_ar.scenes import UNKNOWN, LayoutNoise, Scene, SnapshotBatch
 from farm_ar.sweeps import Row
@@ -37,12 +41,16 @@ ROTATIONS = (15, 30, 60, 120)
 BINS = 50
 """Of confidence, 0 to 1."""
 
-RULES: dict[str, Callable[[Scene], Reidentifier]] = {
-    PAPER_RULE: SpatialReid,
-    "paper, categories agree": lambda scene: SpatialReid(scene, SpatialOptions(gate_categories=True)),
-    **{name: make for name, make in REIDENTIFIERS.items() if name != "spatial"},
+RULES: dict[str, ReidFactory] = {
+    **{name: REIDENTIFIERS[name] for name in (PAPER_RULE, "spatial", "likelihood", "relational")},
+    "nearest-ungated": partial(NearestReid, gate_categories=False),
+    "distance-ungated": partial(DistanceReid, gate_categories=False),
+    "last-known": LastKnownReid,
 }
-"""What is compared. The bound comes with every unit whose noise a model describes."""
+"""What is compared; without regard to categories where the name says so, as in the paper's experiments.
+
+The bound comes with every unit whose noise a model describes.
+"""
 
 
 class Unit(NamedTuple):
@@ -66,7 +74,7 @@ def run_unit(
     scene: Scene,
     layouts: int,
     rng: np.random.Generator,
-    rules: Mapping[str, Callable[[Scene], Reidentifier]] = RULES,
+    rules: Mapping[str, ReidFactory] = RULES,
 ) -> list[Row]:
     """A row for each rule: its accuracy, and how many answers of each confidence were right.
 
@@ -151,7 +159,10 @@ def _by_confidence(confidence: FloatArray, right: FloatArray) -> dict[str, str |
 def headroom(setting: Setting) -> Report:
     """Every rule in every cell of the table and under every pattern."""
     parameters = [
-        setting.scene_parameters(unit.scene) | unit._asdict() | {"layouts": setting.layouts}
+        setting.scene_parameters(unit.scene)
+        | unit._asdict()
+        | {"layouts": setting.layouts}
+        | setting.own_reids
         for unit in units(setting.quick)
     ]
     outcomes = setting.sweep("headroom", every_rule, parameters)
@@ -159,9 +170,18 @@ def headroom(setting: Setting) -> Report:
 
 
 def every_rule(
-    seed: int, scene: str, file: str | None, layouts: int, pattern: str, translation: float, rotation: int
+    seed: int,
+    scene: str,
+    file: str | None,
+    layouts: int,
+    pattern: str,
+    translation: float,
+    rotation: int,
+    own: Iterable[str] = (),
 ) -> list[Row]:
-    """A unit of the sweep: a row for each rule."""
+    """A unit of the sweep: a row for each rule, the user's own included."""
     index = (SCENES.index(scene), [JITTER, *PATTERNS].index(pattern))
     rng = piece_rng(seed, 4, *index, round(translation * 10), rotation)
-    return run_unit(Unit(scene, pattern, translation, rotation), named_scene(scene, file), layouts, rng)
+    rules = RULES | {name: load_reid(name) for name in own}
+    unit = Unit(scene, pattern, translation, rotation)
+    return run_unit(unit, named_scene(scene, file), layouts, rng, rules)

@@ -22,7 +22,7 @@ from farm_ar.experiments.report import (
 )
 from farm_ar.sweeps import Row
 
-JITTER, PAPER_RULE, MAIN_RULE, BOUND = "jitter", "paper", "likelihood", "bound: noise known"
+JITTER, PAPER_RULE, MAIN_RULE, BOUND = "jitter", "spatial-ungated", "likelihood", "bound: noise known"
 RELIABILITY_BINS = 10
 SUREST = 0.8
 """Share of the answers whose accuracy is told apart: those of which the rule is surest."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -10,7 +10,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from farm_ar.arrays import BoolArray, FloatArray
+from farm_ar.experiments.headroom import RULES as EVERY_RULE
 from farm_ar.experiments.headroom import identify_all
+from farm_ar.experiments.headroom_report import PAPER_RULE
 from farm_ar.experiments.report import (
     OTHER,
     OURS,
@@ -23,7 +25,7 @@ from farm_ar.experiments.report import (
 )
 from farm_ar.experiments.setting import SCENES, Setting, named_scene, path_cameras, piece_rng
 from farm_ar.game_logic.headset import random_camera
-from farm_ar.reid import REIDENTIFIERS, Reidentifier, SpatialReid
+from farm_ar.reid import ReidFactory, load_reid
 from farm_ar.reid.registration import RigidMotion
 from farm_ar.scenes import Camera, Layout, LayoutNoise, Scene, SnapshotBatch, observe_many
 from farm_ar.sweeps import Row
@@ -46,10 +48,7 @@ DRIFT_M, DRIFT_TURN = 0.1, float(np.deg2rad(5.0))
 CALM, USUAL = (0.014, 15.0), (0.042, 30.0)
 """SDs of how each label moves on its own, by the room's diagonal and in degrees: .1, .3 m in one of 7 m."""
 
-RULES: dict[str, Callable[[Scene], Reidentifier]] = {
-    "paper": SpatialReid,
-    **{name: make for name, make in REIDENTIFIERS.items() if name != "spatial"},
-}
+RULES: dict[str, ReidFactory] = {name: make for name, make in EVERY_RULE.items() if name != "spatial"}
 
 
 class Unit(NamedTuple):
@@ -121,7 +120,7 @@ def run_unit(
     layouts: int,
     poses: int,
     rng: np.random.Generator,
-    rules: Mapping[str, Callable[[Scene], Reidentifier]] = RULES,
+    rules: Mapping[str, ReidFactory] = RULES,
 ) -> list[Row]:
     """A row for each rule; all get the same snapshots."""
     batch = PATTERNS[unit.pattern](scene, layouts, poses, rng)
@@ -159,7 +158,9 @@ def relations(setting: Setting) -> Report:
     poses = QUICK_POSES if setting.quick else POSES
     places = {name: setting.scene_parameters(name) for name in SCENES} | {FARM: {"scene": FARM, "file": None}}
     parameters = [
-        places[unit.scene] | {"pattern": unit.pattern, "layouts": setting.layouts, "poses": poses}
+        places[unit.scene]
+        | {"pattern": unit.pattern, "layouts": setting.layouts, "poses": poses}
+        | setting.own_reids
         for unit in units()
     ]
     outcomes = setting.sweep("relations", every_rule, parameters)
@@ -171,7 +172,7 @@ def relations(setting: Setting) -> Report:
         [
             Comparison(
                 f"accuracy, {pattern}",
-                f"{_mean(rows, 'paper', pattern):.3f}",
+                f"{_mean(rows, PAPER_RULE, pattern):.3f}",
                 f"{_mean(rows, 'relational', pattern):.3f}",
                 f"likelihood: {_mean(rows, 'likelihood', pattern):.3f}",
             )
@@ -184,10 +185,19 @@ def relations(setting: Setting) -> Report:
     )
 
 
-def every_rule(seed: int, scene: str, file: str | None, layouts: int, poses: int, pattern: str) -> list[Row]:
-    """A unit of the sweep: a row for each rule."""
+def every_rule(
+    seed: int,
+    scene: str,
+    file: str | None,
+    layouts: int,
+    poses: int,
+    pattern: str,
+    own: Iterable[str] = (),
+) -> list[Row]:
+    """A unit of the sweep: a row for each rule, the user's own included."""
     rng = piece_rng(seed, 12, [*SCENES, FARM].index(scene), list(PATTERNS).index(pattern))
-    return run_unit(Unit(scene, pattern), named_scene(scene, file), layouts, poses, rng)
+    rules = RULES | {name: load_reid(name) for name in own}
+    return run_unit(Unit(scene, pattern), named_scene(scene, file), layouts, poses, rng, rules)
 
 
 def _mean(rows: list[Row], rule: str, pattern: str, scene: str | None = None) -> float:
@@ -216,7 +226,7 @@ def _figure(rows: list[Row]) -> Figure:
     set_up_chart(axes, "Accuracy, mean of the six scenes and the farm", "", "accuracy")
     place = np.arange(len(PATTERNS))
     for offset, rule, colour in (
-        (-0.27, "paper", PAPER),
+        (-0.27, PAPER_RULE, PAPER),
         (0.0, "likelihood", OTHER),
         (0.27, "relational", OURS),
     ):

@@ -10,7 +10,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from farm_ar.errors import UnfinishedError, known_name
+from farm_ar.errors import OptionError, UnfinishedError, known_name
 from farm_ar.experiments.ablation import fig7, table2
 from farm_ar.experiments.headroom import headroom
 from farm_ar.experiments.noise_sweep import fig5
@@ -20,6 +20,8 @@ from farm_ar.experiments.relations import relations
 from farm_ar.experiments.report import Report
 from farm_ar.experiments.sequences import sequences
 from farm_ar.experiments.setting import Setting
+from farm_ar.reid import load_reid
+from farm_ar.scenes import builtin_scene
 from farm_ar.scenes.files import write_text
 from farm_ar.sweeps import Store, UnfinishedSweepError, make_executor
 from farm_ar.sweeps.progress import shown
@@ -57,6 +59,7 @@ def reproduce(
     quick: bool = False,
     fresh: bool = False,
     console: Console | None = None,
+    reid: str | None = None,
 ) -> list[Report]:
     """Run one of the paper's experiments or all, and write their files and `summary.md`.
 
@@ -73,6 +76,7 @@ def reproduce(
         quick: fewer layouts and rotation noises.
         fresh: start over, even with what is finished.
         console: where progress and the summary are shown.
+        reid: `module:Class` of your own, to be compared with the others in `BEYOND_THE_PAPER`.
 
     Raises:
         OptionError: an option is out of its limits.
@@ -82,10 +86,14 @@ def reproduce(
     """
     all_names = [name for name in EXPERIMENTS if name not in BEYOND_THE_PAPER]
     names = all_names if what == "all" else [known_name("what", what, EXPERIMENTS)]
+    if reid is not None:
+        if what not in BEYOND_THE_PAPER:
+            raise OptionError("reid", f"must be given with {', '.join(BEYOND_THE_PAPER)} only", reid)
+        load_reid(reid)(builtin_scene("L1"))
     console = console or Console(markup=False, highlight=False)
     few, many = OWN_LAYOUTS.get(what, (QUICK_LAYOUTS, LAYOUTS))
     number = layouts if layouts is not None else few if quick else many
-    setting = Setting(scenes, number, seed, quick, fresh=fresh)
+    setting = Setting(scenes, number, seed, quick, fresh=fresh, reids=() if reid is None else (reid,))
     executor = make_executor("process" if workers != 1 else "serial", workers)
     _ = setting.scenes  # a file that cannot be used is refused before anything is written
     begin = time.perf_counter()

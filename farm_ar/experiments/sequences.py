@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from farm_ar.experiments.headroom_report import PAPER_RULE
 from farm_ar.experiments.report import (
     OTHER,
     OURS,
@@ -19,7 +20,7 @@ from farm_ar.experiments.report import (
     set_up_chart,
 )
 from farm_ar.experiments.setting import SCENES, Setting, named_scene, path_cameras, piece_rng
-from farm_ar.reid import LikelihoodReid, Reidentifier, SpatialReid
+from farm_ar.reid import REIDENTIFIERS, Reidentifier, ReidFactory, load_reid
 from farm_ar.reid.tracking import track
 from farm_ar.scenes import Detector, LayoutNoise, Scene, Snapshot, observe
 from farm_ar.sweeps import Row
@@ -38,7 +39,7 @@ DETECTORS = {
 STARTS, QUICK_STARTS = 4, 1
 """Sequences begun in each layout."""
 
-RULES: dict[str, Callable[[Scene], Reidentifier]] = {"paper": SpatialReid, "likelihood": LikelihoodReid}
+RULES: dict[str, ReidFactory] = {name: REIDENTIFIERS[name] for name in (PAPER_RULE, "likelihood")}
 
 Truth = tuple[str | None, ...]
 
@@ -65,7 +66,7 @@ def run_unit(
     layouts: int,
     starts: int,
     rng: np.random.Generator,
-    rules: Mapping[str, Callable[[Scene], Reidentifier]] = RULES,
+    rules: Mapping[str, ReidFactory] = RULES,
     lengths: tuple[int, ...] = LENGTHS,
 ) -> list[Row]:
     """A row for each rule and length: how right the answers are to all snapshots, and to the first.
@@ -136,7 +137,10 @@ def sequences(setting: Setting) -> Report:
     """Accuracy against the number of snapshots along each path."""
     starts = QUICK_STARTS if setting.quick else STARTS
     parameters = [
-        setting.scene_parameters(unit.scene) | unit._asdict() | {"layouts": setting.layouts, "starts": starts}
+        setting.scene_parameters(unit.scene)
+        | unit._asdict()
+        | {"layouts": setting.layouts, "starts": starts}
+        | setting.own_reids
         for unit in units(setting.quick)
     ]
     outcomes = setting.sweep("sequences", every_rule, parameters)
@@ -148,7 +152,7 @@ def sequences(setting: Setting) -> Report:
         [
             Comparison(
                 f"accuracy of the first snapshot's answer in the light of {length}",
-                f"{_mean(rows, 'paper', length, 'accuracy_of_first'):.3f}",
+                f"{_mean(rows, PAPER_RULE, length, 'accuracy_of_first'):.3f}",
                 f"{_mean(rows, 'likelihood', length, 'accuracy_of_first'):.3f}",
                 f"all snapshots: {_mean(rows, 'likelihood', length, 'accuracy'):.3f}",
             )
@@ -170,11 +174,13 @@ def every_rule(
     translation: float,
     rotation: int,
     detector: str,
+    own: Iterable[str] = (),
 ) -> list[Row]:
-    """A unit of the sweep: a row for each rule and length."""
+    """A unit of the sweep: a row for each rule and length, the user's own included."""
     key = (SCENES.index(scene), round(translation * 10), rotation, list(DETECTORS).index(detector))
     unit = Unit(scene, translation, rotation, detector)
-    return run_unit(unit, named_scene(scene, file), layouts, starts, piece_rng(seed, 13, *key))
+    rules = RULES | {name: load_reid(name) for name in own}
+    return run_unit(unit, named_scene(scene, file), layouts, starts, piece_rng(seed, 13, *key), rules)
 
 
 def _mean(
@@ -209,8 +215,8 @@ def _tables(rows: list[Row]) -> str:
             values = [_mean(rows, rule, n, "accuracy", detector, **level) for n in LENGTHS]
             lines.append(f"| {detector} | {rule} | {' | '.join(f'{value:.3f}' for value in values)} |")
         told = [
-            _mean(rows, "paper", n, "objects", detector, **level)
-            / _mean(rows, "paper", n, "real_objects", detector, **level)
+            _mean(rows, PAPER_RULE, n, "objects", detector, **level)
+            / _mean(rows, PAPER_RULE, n, "real_objects", detector, **level)
             for n in LENGTHS
         ]
         lines.append(f"| {detector} | objects | {' | '.join(f'{value:.3f}' for value in told)} |")
@@ -221,7 +227,7 @@ def _figure(rows: list[Row]) -> Figure:
     figure = new_figure(7.6, 3.4)
     left, right = figure.subplots(1, 2)
     set_up_chart(left, "(a) mean of the six scenes", "snapshots", "accuracy")
-    for rule, colour in (("paper", PAPER), ("likelihood", OURS)):
+    for rule, colour in ((PAPER_RULE, PAPER), ("likelihood", OURS)):
         for what, line, of in (("accuracy", "-", "all answers"), ("accuracy_of_first", "--", "the first's")):
             values = [_mean(rows, rule, length, what) for length in LENGTHS]
             left.plot(LENGTHS, values, line, marker=".", color=colour, label=f"{rule}, {of}")

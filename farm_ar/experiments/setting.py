@@ -28,6 +28,7 @@ from farm_ar.scenes import (
 )
 from farm_ar.scenes.documents import NEEDED
 from farm_ar.sweeps import Executor, Outcome, Row, SerialExecutor, Store, Sweep, Watcher, run_sweep
+from farm_ar.sweeps.versions import code_version
 
 POSE_SPACING_M = 0.617
 """Way between two snapshots. It gives 80 poses on the path of the authors' H1; some 62 detect anything:
@@ -49,6 +50,7 @@ class Setting:
         executor: where units are run; the results do not depend on it.
         fresh: whether to forget what is in the store.
         watch: is told how far a sweep is.
+        reids: `module:Class` of re-identifiers that are compared beside our own.
 
     Raises:
         OptionError: layouts is not a whole number from 1 on, or the seed not one from 0 on.
@@ -62,6 +64,7 @@ class Setting:
     executor: Executor = field(default_factory=SerialExecutor)
     fresh: bool = False
     watch: Watcher = field(default=lambda standing: None)
+    reids: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for name, least in (("layouts", 1), ("seed", 0)):
@@ -77,6 +80,11 @@ class Setting:
             SceneError: a file is missing or cannot be used.
         """
         return load_scenes(self.folder)
+
+    @property
+    def own_reids(self) -> dict[str, Any]:
+        """The user's own re-identifiers as a parameter of a unit: each with the version of its code."""
+        return {"own": {name: code_version(name) for name in self.reids}} if self.reids else {}
 
     def rng(self, *key: int) -> np.random.Generator:
         """The generator of one piece of work, which `key` tells apart from all others."""

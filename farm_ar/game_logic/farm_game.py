@@ -18,7 +18,8 @@ from farm_ar.game_logic.moment import Moment
 from farm_ar.game_logic.motion import Motion
 from farm_ar.game_logic.perception import GeometricHandDetector, HandDetector, HandView, Perception
 from farm_ar.game_logic.tabletop import Most, Tabletop
-from farm_ar.game_logic.tracker import ReidFactory, Sighting, Tracker, spatial_by_category
+from farm_ar.game_logic.tracker import Sighting, Tracker
+from farm_ar.reid import ReidFactory, SpatialReid
 from farm_ar.scenes import Camera, Layout, Scene
 
 TICK_S = 1 / 60
@@ -84,7 +85,7 @@ class FarmGame:
         camera: Camera,
         rng: np.random.Generator,
         layout: Layout | None = None,
-        make_reid: ReidFactory = spatial_by_category,
+        make_reid: ReidFactory = SpatialReid,
         perception: Perception | None = None,
         hand_detector: HandDetector | None = None,
         animals_a_second: float = ANIMALS_A_SECOND,

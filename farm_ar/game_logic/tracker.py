@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,19 +9,8 @@ import numpy as np
 from farm_ar.arrays import BoolArray, IntArray
 from farm_ar.game_logic.belief import Belief
 from farm_ar.game_logic.perception import OraclePerception, Perception
-from farm_ar.reid import Identification, Reidentifier, SpatialOptions, SpatialReid
+from farm_ar.reid import Identification, ReidFactory, SpatialReid
 from farm_ar.scenes import Camera, Layout, Scene, Snapshot
-
-ReidFactory = Callable[[Scene], Reidentifier]
-"""Makes the re-identifier for a scene, whose layout is what was last believed."""
-
-
-BY_CATEGORY = SpatialOptions(gate_categories=True)
-
-
-def spatial_by_category(scene: Scene) -> SpatialReid:
-    """The paper's rule as its game uses it: every site considered, categories apart (section 4.3.1)."""
-    return SpatialReid(scene, BY_CATEGORY)
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +46,7 @@ class Tracker:
         self,
         scene: Scene,
         layout: Layout,
-        make_reid: ReidFactory = spatial_by_category,
+        make_reid: ReidFactory = SpatialReid,
         perception: Perception | None = None,
     ) -> None:
         self.scene = scene

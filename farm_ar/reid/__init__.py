@@ -21,7 +21,7 @@ from farm_ar.reid.motion_models import DetectionNoise, Motion, motion_log_densit
 from farm_ar.reid.noise_prior import NoisePrior, Rates
 from farm_ar.reid.pruning import site_distance, site_probability, sites_by_probability, within_site
 from farm_ar.reid.registration import Registration, RigidMotion, register
-from farm_ar.reid.registry import REIDENTIFIERS
+from farm_ar.reid.registry import REIDENTIFIERS, ReidFactory, load_reid, reid_factory
 from farm_ar.reid.relational import RelationalReid
 from farm_ar.reid.relational_options import Relation, RelationalOptions
 from farm_ar.reid.solvers import SOLVERS, UNASSIGNED, solve_assignment
@@ -51,6 +51,7 @@ __all__ = [
     "Posterior",
     "Rates",
     "Registration",
+    "ReidFactory",
     "Reidentifier",
     "Relation",
     "RelationalOptions",
@@ -67,8 +68,10 @@ __all__ = [
     "dimension_cost",
     "explain",
     "k_best",
+    "load_reid",
     "motion_log_density",
     "register",
+    "reid_factory",
     "rotation_cost",
     "site_distance",
     "site_probability",

@@ -14,20 +14,26 @@ from farm_ar.reid.certificates import certificate
 from farm_ar.reid.costs import translation_cost
 from farm_ar.reid.identification import Assurance, Identification, Reidentifier
 from farm_ar.reid.spatial import SpatialOptions, SpatialReid
-from farm_ar.scenes import Detections, Scene, Snapshot, Weights
+from farm_ar.scenes import UNKNOWN, Detections, Scene, Snapshot, Weights
 
 
 class NearestReid:
     """Each detection is the label that stood nearest, even if another detection is that label too.
 
+    Args:
+        scene: the reference layout.
+        gate_categories: whether a detection can only be a label of its own category; one of unknown category
+            can be any label.
+
     Raises:
         SceneError: the scene has no labels.
     """
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, gate_categories: bool = True) -> None:
         if not len(scene.layout):
             raise SceneError("objects", "must be at least one", len(scene.layout))
         self.scene = scene
+        self.gate_categories = gate_categories
         self._declared = declared_codes(scene.layout)
 
     def identify(self, snapshot: Snapshot) -> Identification:
@@ -37,8 +43,10 @@ class NearestReid:
             SnapshotError: a detection's category is not one of the scene's.
         """
         layout, seen = self.scene.layout, snapshot.detections
-        codes_of(seen.category, self._declared)
+        category = np.array(codes_of(seen.category, self._declared), dtype=np.int64)[:, None]
         cost = translation_cost(seen.position, layout.position, self.scene.diagonal)
+        if self.gate_categories:
+            cost[(category != UNKNOWN) & (category != layout.category_code)] = np.inf
         nearest = cost.argmin(axis=1)
         labels = tuple(layout.labels[j] for j in nearest)
         given = cost[np.arange(len(seen)), nearest]
@@ -49,7 +57,6 @@ class NearestReid:
     def _assure(self, seen: Detections, cost: FloatArray, nearest: IntArray) -> Assurance:
         """How much nearer each label is than the next one; what T1 proves holds for this rule too."""
         layout, rows = self.scene.layout, np.arange(len(seen))
-        every = np.ones(cost.shape, dtype=bool)
         certified = certificate(
             seen,
             layout,
@@ -58,14 +65,16 @@ class NearestReid:
             1.0,
             0.0,
             np.ones(cost.shape),
-            every,
+            np.isfinite(cost),
             np.ones(len(layout), dtype=bool),
         )
         others = cost.copy()
         others[rows, nearest] = np.inf
         second = others.argmin(axis=1)
-        runner_up = tuple(layout.labels[j] if len(layout) > 1 else None for j in second)
-        return Assurance(others[rows, second] - cost[rows, nearest], runner_up, certified=certified)
+        margin = others[rows, second] - cost[rows, nearest]
+        names = [layout.labels[j] for j in second.tolist()]
+        runner_up = tuple(name if rise < np.inf else None for name, rise in zip(names, margin, strict=True))
+        return Assurance(margin, runner_up, certified=certified)
 
 
 class DistanceReid(SpatialReid):
@@ -76,13 +85,19 @@ class DistanceReid(SpatialReid):
     Args:
         scene: the reference layout.
         rng: with it, equally good assignments are chosen among at random.
+        gate_categories: whether a detection can only be a label of its own category.
 
     Raises:
         SceneError: the scene has no labels.
     """
 
-    def __init__(self, scene: Scene, rng: np.random.Generator | None = None) -> None:
-        super().__init__(scene, SpatialOptions(terms=("translation",), weights=Weights(1.0, 0.0)), rng)
+    def __init__(
+        self, scene: Scene, rng: np.random.Generator | None = None, gate_categories: bool = True
+    ) -> None:
+        options = SpatialOptions(
+            terms=("translation",), weights=Weights(1.0, 0.0), gate_categories=gate_categories
+        )
+        super().__init__(scene, options, rng)
 
 
 class LastKnownReid:
@@ -101,7 +116,7 @@ class LastKnownReid:
         if not tolerance_m >= 0:
             raise OptionError("tolerance_m", "must not be negative", tolerance_m)
         self.tolerance_m = tolerance_m
-        self._nearest = NearestReid(scene)
+        self._nearest = NearestReid(scene, gate_categories=False)
 
     def identify(self, snapshot: Snapshot) -> Identification:
         """The label of each detection that stands where that label was; None for the others.

@@ -1,20 +1,93 @@
-"""The identification rules by name: the one place where a name becomes a rule."""
+"""The re-identifiers by name: the one place where a name becomes a re-identifier."""
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
+from functools import partial
+from importlib import import_module
+from pathlib import Path
+from typing import Any
 
+from farm_ar.errors import OptionError
 from farm_ar.reid.baselines import BASELINES
 from farm_ar.reid.identification import Reidentifier
 from farm_ar.reid.likelihood import LikelihoodReid
 from farm_ar.reid.relational import RelationalReid
-from farm_ar.reid.spatial import SpatialReid
+from farm_ar.reid.spatial import SpatialOptions, SpatialReid
 from farm_ar.scenes import Scene
 
-REIDENTIFIERS: dict[str, Callable[[Scene], Reidentifier]] = {
+ReidFactory = Callable[[Scene], Reidentifier]
+"""Makes the re-identifier for a scene, whose layout is what was last known."""
+
+REIDENTIFIERS: dict[str, ReidFactory] = {
     "spatial": SpatialReid,
+    "spatial-ungated": partial(SpatialReid, options=SpatialOptions(gate_categories=False)),
     "likelihood": LikelihoodReid,
     "relational": RelationalReid,
     **BASELINES,
 }
-"""Makes each rule for a scene, with its default options."""
+"""Makes each re-identifier for a scene, with its default options."""
+
+
+def reid_factory(reid: Any, field: str = "reid") -> ReidFactory:
+    """What makes a re-identifier: the one of a name, or the function from a `Scene` that is given itself.
+
+    Args:
+        reid: a name in `REIDENTIFIERS`, or the function.
+        field: what the error calls it.
+
+    Raises:
+        OptionError: it is neither.
+    """
+    if isinstance(reid, str) and reid in REIDENTIFIERS:
+        return REIDENTIFIERS[reid]
+    if isinstance(reid, str) or not callable(reid):
+        known = ", ".join(sorted(REIDENTIFIERS))
+        expected = f"must be one of {known}, or a function from a Scene to a Reidentifier"
+        raise OptionError(field, f"must be one of {known}" if isinstance(reid, str) else expected, reid)
+    factory: ReidFactory = reid
+    return factory
+
+
+def load_reid(name: str, field: str = "reid") -> ReidFactory:
+    """What makes the re-identifier of a name that a person typed: one of ours, or a class of his own.
+
+    Args:
+        name: one in `REIDENTIFIERS`, or `module:Class` of something that is called with the scene. The module
+            is found as `python -m` finds it, in the working folder too; importing it runs it.
+        field: what the error calls it.
+
+    Raises:
+        OptionError: there is no such name or class; from what is returned, if it gives something without
+            `identify`.
+    """
+    if name in REIDENTIFIERS:
+        return REIDENTIFIERS[name]
+    module, _, attribute = name.partition(":")
+    if not (module and attribute):
+        known = ", ".join(sorted(REIDENTIFIERS))
+        raise OptionError(field, f"must be one of {known}, or module:Class of your own", name)
+    here = str(Path.cwd())
+    if here not in sys.path:
+        sys.path.append(here)
+    problem = OptionError(
+        field, "must be module:Class, of a class at the top of a module in this folder or on PYTHONPATH", name
+    )
+    try:
+        make = getattr(import_module(module), attribute, None)
+    except ImportError as missing:
+        if missing.name is None or not (module + ".").startswith(missing.name + "."):
+            raise
+        raise problem from None
+    if not callable(make):
+        raise problem
+    return partial(_made, make, name, field)
+
+
+def _made(make: Callable[[Scene], Any], name: str, field: str, scene: Scene) -> Reidentifier:
+    """What a class of the user's own gives for a scene."""
+    made = make(scene)
+    if not isinstance(made, Reidentifier):
+        raise OptionError(field, "must be called with a scene and give something with identify()", name)
+    return made

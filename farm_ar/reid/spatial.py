@@ -41,7 +41,8 @@ class SpatialOptions:
         weights: of translation and rotation; "scene" for the scene's own, which is the paper's formula where
             it has none; "paper" for the formula, 0.36 sqrt(area) and 1, in any case.
         terms: the cost terms that count.
-        gate_categories: whether a detection can only be a label of its own category.
+        gate_categories: whether a detection can only be a label of its own category, as the paper's game has
+            it (section 4.3.1); one of unknown category can be any label. Its synthetic experiments have not.
         box: "local" compares sizes before turning, as the paper's text says; "world" compares boxes along the
             world's axes with one template per category, as its published program does.
         solver: a name in `SOLVERS`.
@@ -56,7 +57,7 @@ class SpatialOptions:
     threshold: float = 1.0
     weights: Weights | Literal["scene", "paper"] = "scene"
     terms: tuple[Term, ...] = TERMS
-    gate_categories: bool = False
+    gate_categories: bool = True
     box: Box = "local"
     solver: str = "lsap"
     certify: bool = False

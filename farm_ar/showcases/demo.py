@@ -10,7 +10,7 @@ from pathlib import Path
 import cv2
 
 from farm_ar.drawing.video import write_gif, write_mp4, write_png
-from farm_ar.game_logic.tracker import ReidFactory, spatial_by_category
+from farm_ar.reid import ReidFactory, SpatialReid
 from farm_ar.scenes.files import write_text
 from farm_ar.showcases.film import FPS, Film, Image, Row, Screening
 from farm_ar.showcases.script import Script
@@ -29,7 +29,7 @@ def film_script(
     script: Script,
     name: str,
     folder: Path,
-    make_reid: ReidFactory = spatial_by_category,
+    make_reid: ReidFactory = SpatialReid,
     gif: bool = True,
     report: Report = lambda what, share: None,
 ) -> tuple[Film, list[Path]]:

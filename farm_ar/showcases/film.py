@@ -15,7 +15,8 @@ from farm_ar.game_logic.farm_game import HAND_AWAY_S, TICK_S, FarmGame
 from farm_ar.game_logic.headset import HeadMotion, field_of_view, gaze_target, look_at
 from farm_ar.game_logic.moment import Moment
 from farm_ar.game_logic.tabletop import Tabletop
-from farm_ar.game_logic.tracker import ReidFactory, Sighting, spatial_by_category
+from farm_ar.game_logic.tracker import Sighting
+from farm_ar.reid import ReidFactory, SpatialReid
 from farm_ar.scenes import Camera, Scene
 from farm_ar.showcases.script import Script, ScriptedVisit
 
@@ -93,7 +94,7 @@ class Screening:
     def __init__(
         self,
         script: Script,
-        make_reid: ReidFactory = spatial_by_category,
+        make_reid: ReidFactory = SpatialReid,
         make_pictures: PictureMaker | None = drawn,
         report: Callable[[float], None] = lambda share: None,
     ) -> None:

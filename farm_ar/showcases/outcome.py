@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from farm_ar.game_logic.moment import Moment
-from farm_ar.game_logic.tracker import ReidFactory, spatial_by_category
+from farm_ar.reid import ReidFactory, SpatialReid
 from farm_ar.showcases.film import FPS, Film, Image, Screening
 from farm_ar.showcases.script import Script
 
@@ -25,7 +25,7 @@ class _Last:
 
 
 def outcome(
-    script: Script, make_reid: ReidFactory = spatial_by_category, to_the_end: bool = False
+    script: Script, make_reid: ReidFactory = SpatialReid, to_the_end: bool = False
 ) -> tuple[Film, Moment]:
     """Play a script and draw nothing.
 

@@ -7,10 +7,10 @@ from farm_ar.agents import design as module
 from farm_ar.agents.attacks import Analytic, QueryOracle
 from farm_ar.agents.cases import draw_case
 from farm_ar.agents.design import certified_radius, described, design, with_objects
-from farm_ar.envs.reids import REIDS
 from farm_ar.errors import OptionError
 from farm_ar.game_logic.overlaps import deepest_overlap
 from farm_ar.geometry import footprint_corners
+from farm_ar.reid import REIDENTIFIERS
 from farm_ar.scenes import builtin_scene
 
 
@@ -38,7 +38,7 @@ def test_a_design_takes_more_to_break(designed):
     least = []
     for scene in (builtin_scene("farm"), designed.scene):
         case = draw_case(scene, 0, 0)
-        oracle = QueryOracle(case, REIDS["spatial"](case.scene), 300, 3.0)
+        oracle = QueryOracle(case, REIDENTIFIERS["spatial"](case.scene), 300, 3.0)
         Analytic()(oracle, np.random.default_rng(0))
         least.append(oracle.least)
     assert least[1] > 1.5 * least[0]

@@ -13,8 +13,18 @@ from farm_ar.reid import (
     SpatialOptions,
     SpatialReid,
 )
-from farm_ar.scenes import Camera, Weights, load_scene, load_snapshot, observe, save_snapshot
+from farm_ar.scenes import (
+    Camera,
+    Detections,
+    Snapshot,
+    Weights,
+    load_scene,
+    load_snapshot,
+    observe,
+    save_snapshot,
+)
 
+NAMES = ", ".join(sorted(REIDENTIFIERS))
 CSV_CAMERA = ("--camera", "3.6,0.3,-45,90,4")
 
 
@@ -150,9 +160,20 @@ def test_json_is_the_whole_answer(run, before, seen):
         (["--weights", "0,1"], lambda scene: SpatialReid(scene, SpatialOptions(weights=Weights(0, 1)))),
         (
             ["--gate", "--weights", "0,0"],
-            lambda scene: SpatialReid(scene, SpatialOptions(weights=Weights(0, 0), gate_categories=True)),
+            lambda scene: SpatialReid(scene, SpatialOptions(weights=Weights(0, 0))),
         ),
-        (["--no-gate"], SpatialReid),
+        (["--no-gate"], lambda scene: SpatialReid(scene, SpatialOptions(gate_categories=False))),
+        (
+            ["--reid", "spatial-ungated"],
+            lambda scene: SpatialReid(scene, SpatialOptions(gate_categories=False)),
+        ),
+        (
+            ["--reid", "spatial-ungated", "--threshold", "0"],
+            lambda scene: SpatialReid(scene, SpatialOptions(threshold=0, gate_categories=False)),
+        ),
+        (["--reid", "nearest", "--no-gate"], lambda scene: NearestReid(scene, gate_categories=False)),
+        (["--reid", "distance", "--no-gate"], lambda scene: DistanceReid(scene, gate_categories=False)),
+        (["--reid", "farm_ar.reid:LastKnownReid"], LastKnownReid),
         (["--threshold", "0"], lambda scene: SpatialReid(scene, SpatialOptions(threshold=0))),
         (
             ["--solver", "mip", "--weights", "3,1"],
@@ -165,6 +186,37 @@ def test_options_choose_the_rule(identify, before, seen, options, rule):
     del answer["solve_time_s"]
     snapshot = load_snapshot(seen)
     assert answer == expected(rule(load_scene(before)).identify(snapshot), snapshot)
+
+
+def seen_in_the_place_of_the_other(scene, tmp_path):
+    """A file with a chair where a table stood and a table where a chair did, of the chair's size both."""
+    layout = scene.layout
+    code = list(layout.category)
+    chair, table = (code.index(name) for name in ("chair", "table"))
+    seen = Detections(
+        ("chair", "table"),
+        layout.position[[table, chair]],
+        layout.yaw[[table, chair]],
+        layout.size[[chair, chair]],
+    )
+    file = tmp_path / "crossed.json"
+    save_snapshot(Snapshot(Camera(np.array([2.5, 0.5]), np.array(0.0)), seen), file)
+    return file, layout.labels[chair], layout.labels[table]
+
+
+@pytest.mark.parametrize("rule", ["spatial", "distance", "nearest"])
+def test_it_is_told_when_categories_decided_a_label(run, before, seen, tmp_path, rule):
+    scene = load_scene(before)
+    crossed, chair, table = seen_in_the_place_of_the_other(scene, tmp_path)
+    ours = ("identify", "--scene", before, "--snapshot", crossed, "--reid", rule)
+    output = run(*ours).stdout
+    line = "Categories decided the labels of 2 of 2 detections (0, 1): with --no-gate they would be others\n"
+    assert line in output
+    given = json.loads(run(*ours, "--json").stdout)["labels"]
+    assert [scene.layout.category[scene.layout.index(label)] for label in given] == ["chair", "table"]
+    assert json.loads(run(*ours, "--no-gate", "--json").stdout)["labels"] == [table, chair]
+    assert "Categories" not in run(*ours, "--no-gate").stdout
+    assert "Categories" not in run("identify", "--scene", before, "--snapshot", seen, "--reid", rule).stdout
 
 
 def test_the_example_fools_the_nearest_label_but_not_the_assignment(identify):
@@ -212,7 +264,7 @@ def test_plot_leaves_json_alone(identify, tmp_path):
     [
         (
             ["--reid", "guess"],
-            f"OptionError: --reid: must be one of {', '.join(sorted(REIDENTIFIERS))}, got 'guess'",
+            f"OptionError: --reid: must be one of {NAMES}, or module:Class of your own, got 'guess'",
         ),
         (
             ["--reid", "nearest", "--explain", "d1"],
@@ -237,6 +289,14 @@ def test_plot_leaves_json_alone(identify, tmp_path):
         (
             ["--reid", "last-known", "--no-gate"],
             "OptionError: --gate: must not be given with --reid last-known",
+        ),
+        (
+            ["--reid", "spatial-ungated", "--gate"],
+            "OptionError: --gate: must not be given with --reid spatial-ungated",
+        ),
+        (
+            ["--reid", "farm_ar.reid:Nobody"],
+            "OptionError: --reid: must be module:Class, of a class at the top of a module in this",
         ),
         (
             ["--reid", "nearest", "--solver", "mip"],

@@ -51,6 +51,16 @@ def test_a_line_that_cannot_be_done_is_told_and_the_game_goes_on(play):
     assert "Right: 7 of 7" in result.output
 
 
+def test_any_re_identifier_can_be_played_against(play):
+    lines = ["red-coop by 0.05 0", "look"]
+    assert "Right: 0 of 7 detections" not in play(lines).output
+    for name in ("last-known", "farm_ar.reid:LastKnownReid"):
+        result = play(lines, "--reid", name)
+        assert result.exit_code == 0, result.output
+        assert "Right: 6 of 7 detections" in result.output
+    assert "must be one of distance" in play(lines, "--reid", "guess").output
+
+
 @pytest.mark.parametrize("word", ["end", "quit", "exit"])
 def test_after_any_word_for_the_end_nothing_more_is_asked(play, word):
     result = play([word, "look"])

@@ -28,6 +28,7 @@ def test_by_default_everything_runs_in_full(run, given, tmp_path):
         "seed": 0,
         "quick": False,
         "fresh": False,
+        "reid": None,
     }
     assert (tmp_path / "out").is_dir()
 
@@ -46,6 +47,8 @@ def test_every_option_is_passed_on(run, given, tmp_path):
         5,
         "--quick",
         "--fresh",
+        "--reid",
+        "mine:Rule",
     ]
     assert run("reproduce", "fig9", *options).exit_code == 0
     del given["console"]
@@ -58,6 +61,7 @@ def test_every_option_is_passed_on(run, given, tmp_path):
         "seed": 5,
         "quick": True,
         "fresh": True,
+        "reid": "mine:Rule",
     }
 
 

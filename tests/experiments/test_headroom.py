@@ -16,7 +16,7 @@ L1 = builtin_scene("L1")
 @pytest.fixture(scope="module")
 def rows():
     """Of a few rules in one cell of the table and under one pattern."""
-    rules = {"paper": SpatialReid, "likelihood": LikelihoodReid, "nearest": NearestReid}
+    rules = {"spatial-ungated": SpatialReid, "likelihood": LikelihoodReid, "nearest": NearestReid}
     some = []
     for k, unit in enumerate((Unit("L1", "jitter", 0.3, 120), Unit("L1", "few move far"))):
         some += run_unit(unit, L1, 2, np.random.default_rng(k), rules)
@@ -32,13 +32,13 @@ def test_the_units_are_all_cells_of_the_table_and_all_patterns():
 
 
 def test_a_unit_gives_a_row_for_each_rule_and_the_bound(rows):
-    assert [row["rule"] for row in rows] == ["paper", "likelihood", "nearest", BOUND] * 2
+    assert [row["rule"] for row in rows] == ["spatial-ungated", "likelihood", "nearest", BOUND] * 2
     assert {(row["pattern"], row["rotation_sd_deg"]) for row in rows} == {
         ("jitter", 120),
         ("few move far", 0),
     }
     by_rule = {row["rule"]: row["accuracy"] for row in rows[:4]}
-    assert by_rule["likelihood"] > by_rule["paper"]  # headings say little here
+    assert by_rule["likelihood"] > by_rule["spatial-ungated"]  # headings say little here
     counts = np.array(rows[1]["answers"].split(), dtype=int)
     assert len(counts) == BINS
     assert counts.sum() == rows[1]["detections"]
@@ -48,7 +48,7 @@ def test_a_unit_gives_a_row_for_each_rule_and_the_bound(rows):
 def test_the_same_randomness_gives_the_same_rows():
     unit = Unit("L1", "two new objects")
     first, second = (
-        run_unit(unit, L1, 1, np.random.default_rng(3), {"paper": SpatialReid}) for _ in range(2)
+        run_unit(unit, L1, 1, np.random.default_rng(3), {"spatial-ungated": SpatialReid}) for _ in range(2)
     )
     assert first == second
 
@@ -62,9 +62,14 @@ def test_rules_without_a_batched_form_answer_one_by_one():
 
 
 def test_all_rules_of_the_package_take_part():
-    assert {"paper", "paper, categories agree", "likelihood", "nearest", "distance", "last-known"} <= set(
-        RULES
-    )
+    assert {
+        "spatial-ungated",
+        "spatial",
+        "likelihood",
+        "nearest-ungated",
+        "distance-ungated",
+        "last-known",
+    } <= set(RULES)
 
 
 @pytest.mark.parametrize("pattern", PATTERNS)
@@ -123,13 +128,13 @@ def test_calibration_and_the_surest_answers_by_hand():
     covered, accuracy = report.risk_coverage(some, "likelihood", ("jitter",))
     assert dict(zip(covered, accuracy, strict=True))[0.5] == pytest.approx(0.9)
     assert report.accuracy_of_surest(some, "likelihood", None) == pytest.approx(0.9 + (0.55 - 0.9) * 0.6)
-    assert np.isnan(report.calibration_error(some, "paper", None))
-    assert np.isnan(report.accuracy_of_surest(some, "paper", None))
+    assert np.isnan(report.calibration_error(some, "spatial-ungated", None))
+    assert np.isnan(report.accuracy_of_surest(some, "spatial-ungated", None))
 
 
 def test_the_worst_cell_is_the_one_with_the_least_gain_over_the_scenes():
     nothing = ([], [], [])
-    some = [synthetic("paper", 0.5, *nothing, translation=t) for t in (0.1, 0.3)]
+    some = [synthetic("spatial-ungated", 0.5, *nothing, translation=t) for t in (0.1, 0.3)]
     some += [synthetic("likelihood", 0.6, *nothing, translation=0.1)]
     some += [
         synthetic("likelihood", a, *nothing, translation=0.3, scene=s) for a, s in ((0.4, "L1"), (0.5, "M1"))
@@ -152,11 +157,11 @@ def test_a_report_has_tables_a_figure_and_the_goals(rows):
 def test_the_experiment_covers_all_units(monkeypatch):
     asked = []
 
-    def run(unit, scene, layouts, rng):
+    def run(unit, scene, layouts, rng, rules):
         asked.append((unit, layouts))
         return [
             synthetic(rule, 0.5, [4], [2.0], [2], unit.pattern, unit.scene)
-            for rule in ("paper", "likelihood", BOUND)
+            for rule in ("spatial-ungated", "likelihood", BOUND)
         ]
 
     monkeypatch.setattr("farm_ar.experiments.headroom.run_unit", run)

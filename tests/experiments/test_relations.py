@@ -79,8 +79,8 @@ def test_rows_are_of_each_rule_and_the_same_for_the_same_randomness() -> None:
 
 
 def test_the_report_has_every_pattern(monkeypatch: pytest.MonkeyPatch) -> None:
-    quick = {"paper": LastKnownReid, "likelihood": LastKnownReid, "relational": LastKnownReid}
-    monkeypatch.setattr(module.run_unit, "__defaults__", (quick,))
+    quick = {"spatial-ungated": LastKnownReid, "likelihood": LastKnownReid, "relational": LastKnownReid}
+    monkeypatch.setattr(module, "RULES", quick)
     setting = Setting(layouts=1, quick=True)
     report = relations(setting)
     assert [one.what for one in report.comparisons] == [f"accuracy, {name}" for name in PATTERNS]

@@ -10,7 +10,7 @@ from farm_ar.reid import LikelihoodReid, SpatialOptions, SpatialReid, alternativ
 
 @pytest.mark.parametrize(
     "options",
-    [SpatialOptions(), SpatialOptions(gate_categories=True), SpatialOptions(threshold=0.5)],
+    [SpatialOptions(), SpatialOptions(gate_categories=False), SpatialOptions(threshold=0.5)],
     ids=str,
 )
 def test_the_first_alternative_is_the_answer_and_the_others_cost_more(options, make_scene, make_batch):

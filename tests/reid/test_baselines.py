@@ -1,4 +1,5 @@
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -103,6 +104,30 @@ def test_nearest_gives_the_nearest_label_even_twice() -> None:
     assert found.candidates == ("0", "1", "2")
 
 
+def mixed_row() -> Scene:
+    """Chair "0" at 0 m, table "1" at 1 m, chair "2" at 3 m."""
+    scene = row_of_chairs(0.0, 1.0, 3.0)
+    return replace(scene, layout=replace(scene.layout, category=("chair", "table", "chair")))
+
+
+@pytest.mark.parametrize("rule", [NearestReid, DistanceReid])
+def test_simpler_rules_keep_categories_apart_unless_asked_not_to(rule: Callable[..., Reidentifier]) -> None:
+    chairs, unknown = seen_at(1.1, 2.9), seen_at(1.1, 2.9, category=None)
+    found = rule(mixed_row()).identify(chairs)
+    assert found.labels == ("0", "2")
+    np.testing.assert_allclose(found.cost, [1.1 / 5, 0.1 / 5])
+    assert rule(mixed_row(), gate_categories=False).identify(chairs).labels == ("1", "2")
+    assert rule(mixed_row()).identify(unknown).labels == ("1", "2")
+
+
+def test_nearest_has_a_runner_up_of_the_category_only() -> None:
+    found = NearestReid(mixed_row()).identify(seen_at(1.1, category="table"))
+    assert (found.labels, found.runner_up, found.margin.tolist()) == (("1",), (None,), [np.inf])
+    found = NearestReid(mixed_row()).identify(seen_at(1.1))
+    assert (found.labels, found.runner_up) == (("0",), ("2",))
+    assert found.margin.tolist() == pytest.approx([(1.9 - 1.1) / 5])
+
+
 def test_distance_gives_each_label_once_at_the_least_total_distance() -> None:
     # Nearest to both is label 1. Giving it to the second costs 0.9 + 0.2, to the first 0.1 + 0.8.
     found = DistanceReid(row_of_chairs(0.0, 1.0, 2.0)).identify(seen_at(0.9, 1.2))
@@ -128,10 +153,11 @@ def test_no_rule_comes_nearer_in_all_than_distance(make_scene: Any, make_batch: 
         places = scene.layout.position[[scene.layout.index(str(label)) for label in found.labels]]
         return float(np.linalg.norm(places - snapshot.detections.position, axis=1).sum())
 
-    found = DistanceReid(scene).identify(snapshot)
+    ungated = SpatialReid(scene, SpatialOptions(gate_categories=False))
+    found = DistanceReid(scene, gate_categories=False).identify(snapshot)
     assert found.total * scene.diagonal == pytest.approx(moved(found))
-    assert moved(found) <= moved(SpatialReid(scene).identify(snapshot)) + 1e-9
-    assert moved(NearestReid(scene).identify(snapshot)) <= moved(found) + 1e-9
+    assert moved(found) <= moved(ungated.identify(snapshot)) + 1e-9
+    assert moved(NearestReid(scene, gate_categories=False).identify(snapshot)) <= moved(found) + 1e-9
 
 
 def test_distance_breaks_ties_at_random_on_request() -> None:
@@ -163,8 +189,14 @@ def test_the_papers_rule_beats_the_simpler_ones_in_its_own_scenes(rng: np.random
     assert scene.camera_path is not None
     noisy = LayoutNoise.of(0.3, 30).disturb(scene.layout, scene.size, rng, (5, 1))
     batch = observe_many(noisy, scene.camera_path.cameras(40, scene.fov))
-    rules = {"spatial": SpatialReid(scene), "pruned": SpatialReid(scene, SpatialOptions(threshold=0.0))}
-    rules |= {"nearest": NearestReid(scene), "distance": DistanceReid(scene), "last": LastKnownReid(scene)}
+    ungated = SpatialOptions(gate_categories=False)
+    rules = {
+        "spatial": SpatialReid(scene, ungated),
+        "pruned": SpatialReid(scene, replace(ungated, threshold=0.0)),
+        "nearest": NearestReid(scene, gate_categories=False),
+        "distance": DistanceReid(scene, gate_categories=False),
+        "last": LastKnownReid(scene),
+    }
     mean = {
         name: np.mean(
             [

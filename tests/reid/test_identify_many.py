@@ -86,8 +86,8 @@ def test_many_snapshots_at_once_are_identified_as_one_by_one(
 @pytest.mark.parametrize(
     "options",
     [
-        SpatialOptions(),
-        SpatialOptions(threshold=0.4, gate_categories=True),
+        SpatialOptions(gate_categories=False),
+        SpatialOptions(threshold=0.4),
         SpatialOptions(terms=("rotation",)),
     ],
 )
@@ -271,7 +271,7 @@ def test_a_generator_changes_nothing_where_there_are_no_ties(make_scene: Any, ma
     rng = np.random.default_rng(1)
     scene = make_scene(rng, objects=7)
     batch = make_batch(rng, scene, snapshots=50, most=9)
-    for options in (SpatialOptions(), SpatialOptions(threshold=0.2, gate_categories=True)):
+    for options in (SpatialOptions(gate_categories=False), SpatialOptions(threshold=0.2)):
         expected = SpatialReid(scene, options).identify_many(batch)
         found = SpatialReid(scene, options, np.random.default_rng(0)).identify_many(batch)
         np.testing.assert_array_equal(found.label, expected.label)

@@ -121,7 +121,7 @@ def test_the_identification_costs_least_of_all_that_use_each_label_once(make_sce
         rng.uniform(-3, 3, 3),
         layout.size[like],
     )
-    reid = SpatialReid(scene)
+    reid = SpatialReid(scene, SpatialOptions(gate_categories=False))
     found = reid.identify(Snapshot(Camera([1.0, 1.0], 0.0), detections))
     cost = reid.cost_matrix(detections)
     best = min(permutations(range(5), 3), key=lambda columns: cost[range(3), columns].sum())
@@ -206,9 +206,9 @@ def test_sites_are_added_where_there_are_fewer_candidates_than_detections() -> N
 
 def test_sites_are_added_where_a_category_lacks_candidates() -> None:
     snapshot = seen(("table", 0.5, 0.5, 0.0))
-    ungated = SpatialReid(room(), SpatialOptions(threshold=0.0)).identify(snapshot)
+    ungated = SpatialReid(room(), SpatialOptions(threshold=0.0, gate_categories=False)).identify(snapshot)
     assert (ungated.labels, ungated.widened) == (("a1",), False)
-    gated = SpatialReid(room(), SpatialOptions(threshold=0.0, gate_categories=True)).identify(snapshot)
+    gated = SpatialReid(room(), SpatialOptions(threshold=0.0)).identify(snapshot)
     assert (gated.labels, gated.sites, gated.widened) == (("b2",), ("A", "B"), True)
 
 
@@ -221,7 +221,8 @@ def test_no_more_sites_are_added_than_are_needed() -> None:
 
 def test_more_detections_than_labels_leave_the_costliest_unidentified() -> None:
     snapshot = seen(*[("chair", 0.5, z, 0.0) for z in (0.5, 1.5, 2.5, 0.6, 9.0, -9.0)])
-    for options in (SpatialOptions(), SpatialOptions(threshold=0.0), SpatialOptions(solver="mip")):
+    for chosen in ({}, {"threshold": 0.0}, {"solver": "mip"}):
+        options = SpatialOptions(gate_categories=False, **chosen)
         found = SpatialReid(room(), options).identify(snapshot)
         assert found.labels.count(None) == 2
         assert set(found.labels) == {"a1", "a2", "b1", "b2", None}
@@ -232,19 +233,19 @@ def test_more_detections_than_labels_leave_the_costliest_unidentified() -> None:
 
 def test_gating_lets_a_detection_be_of_its_own_category_only() -> None:
     snapshot = seen(("table", 0.5, 0.5, 0.0), ("chair", 3.0, 1.5, 0.0))
-    assert SpatialReid(room()).identify(snapshot).labels == ("a1", "b2")
-    found = SpatialReid(room(), SpatialOptions(gate_categories=True)).identify(snapshot)
-    assert found.labels == ("b2", "b1")
+    ungated = SpatialReid(room(), SpatialOptions(gate_categories=False)).identify(snapshot)
+    assert ungated.labels == ("a1", "b2")
+    assert SpatialReid(room()).identify(snapshot).labels == ("b2", "b1")
 
 
 def test_gating_leaves_a_category_in_excess_unidentified() -> None:
     snapshot = seen(("table", 3.0, 1.5, 0.0), ("table", 3.0, 1.6, 0.0), ("chair", 9.0, 9.0, 0.0))
-    found = SpatialReid(room(), SpatialOptions(gate_categories=True)).identify(snapshot)
+    found = SpatialReid(room()).identify(snapshot)
     assert found.labels == ("b2", None, "b1")
 
 
 def test_an_unknown_category_may_be_any_label_even_when_gated() -> None:
-    reid = SpatialReid(room(), SpatialOptions(gate_categories=True))
+    reid = SpatialReid(room())
     assert reid.identify(seen((None, 3.0, 1.5, 0.0))).labels == ("b2",)
     assert reid.identify(seen((None, 0.5, 0.5, 0.0), ("chair", 0.5, 0.6, 0.0))).labels == ("a1", "a2")
 

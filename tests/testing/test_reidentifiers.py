@@ -6,8 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from farm_ar.envs.reids import REIDS
-from farm_ar.reid import Identification, SpatialOptions, SpatialReid
+from farm_ar.reid import REIDENTIFIERS, Identification, SpatialOptions, SpatialReid
 from farm_ar.scenes import builtin_scene
 from farm_ar.testing import check_reidentifier
 from farm_ar.testing.reidentifiers import snapshots_of
@@ -15,9 +14,9 @@ from farm_ar.testing.reidentifiers import snapshots_of
 REPEATS = {"nearest", "last-known"}
 
 
-@pytest.mark.parametrize("name", sorted(REIDS))
+@pytest.mark.parametrize("name", sorted(REIDENTIFIERS))
 def test_every_rule_of_the_package_passes(name):
-    check_reidentifier(REIDS[name], allow_repeats=name in REPEATS)
+    check_reidentifier(REIDENTIFIERS[name], allow_repeats=name in REPEATS)
 
 
 @pytest.mark.parametrize("threshold", [0.5, 1.0])

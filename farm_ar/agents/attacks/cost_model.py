@@ -38,7 +38,8 @@ def model_of(oracle: QueryOracle) -> Model:
     """What the re-identifier is, if it is known; the paper's rule as its game uses it otherwise."""
     reid = oracle.reid
     if isinstance(reid, NearestReid | LastKnownReid):
-        return Model(Weights(1.0, 0.0), False, True)
+        apart = isinstance(reid, NearestReid) and reid.gate_categories
+        return Model(Weights(1.0, 0.0), apart, True)
     if isinstance(reid, SpatialReid):
         terms, weights = reid.options.terms, reid.weights
         used = Weights(

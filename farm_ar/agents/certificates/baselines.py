@@ -8,17 +8,25 @@ from farm_ar.agents.cases import Case
 from farm_ar.agents.certificates.bound import Bound
 from farm_ar.agents.certificates.nearest import advance_distance
 from farm_ar.agents.certificates.regions import distance_to, seen_polygon, seen_polygons
-from farm_ar.reid import LastKnownReid
+from farm_ar.arrays import BoolArray
+from farm_ar.reid import LastKnownReid, NearestReid
 
 
-def nearest_bound(case: Case) -> Bound:
-    """Every label can be taken by one object alone, when its place is the nearest."""
+def nearest_bound(case: Case, reid: NearestReid) -> Bound:
+    """Every label that may be an object's can be taken by it alone, when its place is the nearest."""
+    code = case.layout.category_code
+    possible = code[:, None] == code if reid.gate_categories else np.ones((len(code), len(code)), dtype=bool)
+    return _cell_bound(case, possible)
+
+
+def _cell_bound(case: Case, possible: BoolArray) -> Bound:
+    """The bound where an object may be given a label, (N, N), once that label's place is the nearest."""
     layout, diagonal = case.layout, case.scene.diagonal
     seen, by_object = seen_polygons(case), np.full(len(layout), np.inf)
     largest = np.inf
     for i in np.flatnonzero(layout.movable):
         for j in range(len(layout)):
-            if i != j:
+            if i != j and possible[i, j]:
                 clear = case.inner_radius[i] + case.inner_radius[j] if case.keeps_clear[i, j] else 0.0
                 way = advance_distance(seen[i], layout.position[i], layout.position[j], 0.0)
                 largest = min(largest, way / diagonal)
@@ -30,7 +38,7 @@ def nearest_bound(case: Case) -> Bound:
 def last_known_bound(case: Case, reid: LastKnownReid) -> Bound:
     """An object has to move by the tolerance, or to where another label is nearest, and to be in view."""
     layout, diagonal = case.layout, case.scene.diagonal
-    by_object = nearest_bound(case).by_object.copy()
+    by_object = _cell_bound(case, np.ones((len(layout), len(layout)), dtype=bool)).by_object.copy()
     for i in np.flatnonzero(layout.movable):
         inset = float(case.inner_radius[i]) if case.stays_inside[i] else 0.0
         into_view = distance_to(seen_polygon(case.camera, case.scene.size, inset), layout.position[i])

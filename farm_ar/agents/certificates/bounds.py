@@ -21,7 +21,7 @@ def lower_bound(case: Case, reid: Reidentifier) -> Bound:
     if type(reid).identify is SpatialReid.identify and isinstance(reid, SpatialReid) and is_covered(reid):
         return spatial_bound(case, reid)
     if isinstance(reid, NearestReid):
-        return nearest_bound(case)
+        return nearest_bound(case, reid)
     if isinstance(reid, LastKnownReid):
         return last_known_bound(case, reid)
     return Bound(0.0, 0.0, 0.0, np.zeros(len(case.layout)), NO_BOUND)

@@ -12,13 +12,12 @@ import numpy as np
 
 from farm_ar.agents.attacks import QueryOracle
 from farm_ar.agents.cases import Case
-from farm_ar.agents.stress.rules import RULES, make_reid
 from farm_ar.agents.stress.statistics import wrong_before
 from farm_ar.agents.stress.study import Study, known_case
 from farm_ar.arrays import ANGLE, POSITION, Limits
 from farm_ar.envs.config import JITTERS
 from farm_ar.errors import InputError, OptionError
-from farm_ar.reid import Identification
+from farm_ar.reid import REIDENTIFIERS, Identification, load_reid
 from farm_ar.scenes import Snapshot, observe
 from farm_ar.scenes.documents import Document, Listing, Number, Numbers, Object, Text, Whole
 from farm_ar.scenes.files import read_json
@@ -153,7 +152,7 @@ def read_failure(path: str | os.PathLike[str], number: int) -> dict[str, Any]:
 
 def names_code(reid: str) -> bool:
     """Whether a re-identifier's name loads somebody's module."""
-    return reid not in RULES and ":" in reid
+    return reid not in REIDENTIFIERS and ":" in reid
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,7 +191,7 @@ def replay_failure(failure: Mapping[str, Any]) -> Replayed:
     position, yaw = np.array(failure["position"]), np.array(failure["yaw"])
     if len(yaw) != len(case.layout):
         raise OptionError("position", f"must be those of the scene's {len(case.layout)} objects", len(yaw))
-    reid = make_reid(failure["reid"], case.scene)
+    reid = load_reid(failure["reid"])(case.scene)
     oracle = QueryOracle(case, reid, queries=1, budget=np.inf)
     effort = float(oracle.effort(position, yaw))
     oracle.budget = max(effort, 1e-12)

@@ -15,8 +15,8 @@ from farm_ar.arrays import FloatArray
 from farm_ar.envs.config import EnvConfig
 from farm_ar.game_logic.farm_game import FarmGame
 from farm_ar.game_logic.tabletop import Most, Tabletop
-from farm_ar.game_logic.tracker import ReidFactory, Tracker
-from farm_ar.reid import Reidentifier
+from farm_ar.game_logic.tracker import Tracker
+from farm_ar.reid import Reidentifier, ReidFactory
 from farm_ar.scenes import visible
 
 EXTENSIONS = (1.0, 1.01, 1.03, 1.06, 1.1, 1.2)

@@ -8,7 +8,6 @@ import zlib
 from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import asdict, dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,13 +18,12 @@ from farm_ar.agents.cases import Case, draw_case
 from farm_ar.agents.certificates import lower_bound
 from farm_ar.agents.effort import effort_of
 from farm_ar.agents.stress.impact import downstream_impact, realizable_effort
-from farm_ar.agents.stress.rules import RULES, make_reid
 from farm_ar.arrays import FloatArray
 from farm_ar.envs.config import JITTERS
 from farm_ar.envs.generator import SPREADS, scene_of, unit_of
 from farm_ar.errors import OptionError, known_name
 from farm_ar.geometry import wrap
-from farm_ar.reid import Reidentifier
+from farm_ar.reid import REIDENTIFIERS, Reidentifier, load_reid
 from farm_ar.scenes import Gaussian, LayoutNoise, Scene, observe
 from farm_ar.sweeps import Executor, Outcome, Row, Store, Sweep, Watcher, grid, run_sweep
 from farm_ar.sweeps.versions import code_version
@@ -40,7 +38,7 @@ class StressOptions:
 
     Args:
         scene: a built-in scene's name, or a `.json` file.
-        reids: names of re-identifiers, as `make_reid` takes them.
+        reids: names of re-identifiers, as `load_reid` takes them.
         attacks: names of attacks, as `attack_named` takes them.
         queries: snapshots that one attack may ask about in one case.
         cases: how many layouts and cameras.
@@ -72,7 +70,7 @@ class StressOptions:
             if not names or len(set(names)) < len(names):
                 raise OptionError(what, "must be one name or several different ones", list(names))
         for reid in self.reids:
-            make_reid(reid, scene)
+            load_reid(reid)(scene)
         for attack in self.attacks:
             attack_named(attack).check(scene)
         known_name("jitter", self.jitter, JITTERS)
@@ -143,7 +141,7 @@ def run_stress(
 
 def _code_of(reids: Sequence[str], attack: str | None = None) -> str:
     """The version of what a unit runs that is not farm-ar's: somebody's own rules, trained policies."""
-    parts = [code_version(reid) for reid in reids if reid not in RULES]
+    parts = [code_version(reid) for reid in reids if reid not in REIDENTIFIERS]
     fingerprint = "" if attack is None else attack_named(attack).fingerprint
     return " ".join([*parts, fingerprint] if fingerprint else parts)
 
@@ -175,7 +173,7 @@ def describe_case(
     """
     begin = time.process_time()
     known = known_case(scene, case, jitter, seed)
-    tested = make_reid(reid, known.scene)
+    tested = load_reid(reid)(known.scene)
     bound = lower_bound(known, tested)
     position, yaw = _disturbed(known, draws, np.random.default_rng([seed, case, 1]))
     wrong = wrong_labels(known, tested, position, yaw)
@@ -228,7 +226,7 @@ def attack_case(
         code: tells results apart that other code, or another policy, gave under the same names.
     """
     known = known_case(scene, case, jitter, seed)
-    oracle = QueryOracle(known, make_reid(reid, known.scene), queries, budget)
+    oracle = QueryOracle(known, load_reid(reid)(known.scene), queries, budget)
     names = zlib.crc32(f"{attack} {reid}".encode())
     begin = time.process_time()
     attack_named(attack)(oracle, np.random.default_rng([seed, case, names]))
@@ -259,7 +257,7 @@ def attack_case(
             )
         shown = oracle.cheapest.position[None], oracle.cheapest.yaw[None]
         row["transfer"] = {
-            other: int(wrong_labels(known, make_reid(other, known.scene), *shown)[0]) for other in transfer
+            other: int(wrong_labels(known, load_reid(other)(known.scene), *shown)[0]) for other in transfer
         }
     measured = {"case": case, "reid": reid, "attack": attack, "asked": oracle.asked, "seconds": seconds}
     return Outcome([row], [measured])
@@ -269,7 +267,7 @@ def _described(oracle: QueryOracle, failure: Failure, reid: str, seed: int) -> d
     """A failure as JSON values, exactly, with what it takes and what it does."""
     case, layout = oracle.case, oracle.case.layout
     effort = effort_of(layout, case.scene.diagonal, failure.position, failure.yaw)
-    make = partial(make_reid, reid)
+    make = load_reid(reid)
     rng = np.random.default_rng([seed, case.number, 2])
     impact = downstream_impact(case, make, failure.position, failure.yaw, rng)
     moved = np.any(failure.position != layout.position, axis=1) | (failure.yaw != layout.yaw)

@@ -6,7 +6,7 @@ import pytest
 from farm_ar.agents.attacks import Analytic, QueryOracle
 from farm_ar.agents.stress.impact import ORDERS, orders_of, realizable_effort
 from farm_ar.agents.stress.study import known_case
-from farm_ar.envs.reids import REIDS
+from farm_ar.reid import REIDENTIFIERS
 
 
 def by_hand(case, reid, position, yaw):
@@ -19,7 +19,7 @@ def poses(case):
 
 def failure_of(number):
     case = known_case("farm", number, "default", 0)
-    oracle = QueryOracle(case, REIDS["spatial"](case.scene), 400, 1.0)
+    oracle = QueryOracle(case, REIDENTIFIERS["spatial"](case.scene), 400, 1.0)
     Analytic()(oracle, np.random.default_rng(0))
     return case, oracle.reid, oracle.cheapest
 

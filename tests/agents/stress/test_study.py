@@ -19,10 +19,9 @@ from farm_ar.agents.stress import (
 )
 from farm_ar.agents.stress.failures import ReportError
 from farm_ar.agents.stress.report import command_of, in_metres, number, page_of
-from farm_ar.agents.stress.rules import RULES, make_reid
 from farm_ar.agents.stress.study import known_case, surprise
 from farm_ar.errors import InputError, OptionError
-from farm_ar.reid import LastKnownReid, NearestReid, SpatialOptions, SpatialReid
+from farm_ar.reid import REIDENTIFIERS, LastKnownReid, SpatialOptions, SpatialReid
 from farm_ar.scenes import builtin_scene
 from farm_ar.sweeps import Store
 from farm_ar.sweeps.functions import load_function
@@ -227,7 +226,7 @@ class WrongInSome:
 
 
 def test_cases_that_are_wrong_before_anything_moves_are_left_out_and_counted(monkeypatch):
-    monkeypatch.setitem(RULES, "wrong", WrongInSome)
+    monkeypatch.setitem(REIDENTIFIERS, "wrong", WrongInSome)
     options = StressOptions(
         reids=("wrong", "spatial"), attacks=("halton",), queries=40, cases=6, noise_draws=5, jitter="none"
     )
@@ -250,7 +249,7 @@ def test_cases_that_are_wrong_before_anything_moves_are_left_out_and_counted(mon
 
 
 def test_a_method_that_is_wrong_everywhere_has_no_numbers_but_a_page(monkeypatch):
-    monkeypatch.setitem(RULES, "nothing", lambda scene: LastKnownReid(scene, tolerance_m=1e-9))
+    monkeypatch.setitem(REIDENTIFIERS, "nothing", lambda scene: LastKnownReid(scene, tolerance_m=1e-9))
     options = StressOptions(reids=("nothing",), attacks=("halton",), queries=10, cases=2, noise_draws=2)
     study = run_stress(options)
     known = [row | {"wrong_untouched": 1} for row in study.known]
@@ -303,22 +302,6 @@ def test_a_class_in_the_working_folder_is_found_and_its_changes_are_noticed(tmp_
         study = run_stress(StressOptions(**options, noise_draws=1), tmp_path / "store.sqlite")
         bounds.append(study.known[0]["bound"])
     assert bounds[0] > 2 * bounds[1]
-
-
-def test_own_classes_are_found_by_name():
-    scene = builtin_scene("farm")
-    assert isinstance(make_reid("farm_ar.reid:NearestReid", scene), NearestReid)
-    assert make_reid("farm_ar.reid:SpatialReid", scene).options.gate_categories is False
-
-
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [("best", "must be one of distance, .*module:Class"), ("builtins:repr", "identify"),
-     ("farm_ar.scenes:Scene.name", "must be module:Class"), ("farm_ar.reid:Nobody", "of a class")],
-)  # fmt: skip
-def test_rules_that_are_none_are_refused(name, message):
-    with pytest.raises(OptionError, match=message):
-        make_reid(name, builtin_scene("farm"))
 
 
 @pytest.mark.parametrize(
