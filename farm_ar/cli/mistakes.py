@@ -44,8 +44,8 @@ class OneLineMistakes(TyperGroup):
             if problem.errno in (None, errno.EPIPE):
                 raise
             raise _ended(f"{type(problem).__name__}: {problem}", MISTAKE) from None
-        except KeyboardInterrupt:
-            raise _ended("Interrupted.", INTERRUPTED) from None
+        except KeyboardInterrupt as stopped:
+            raise _ended(" ".join(["Interrupted.", *stopped.args]), INTERRUPTED) from None
 
 
 def _misused(problem: Any) -> BaseException:

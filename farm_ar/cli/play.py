@@ -119,11 +119,13 @@ def _show(draft: Draft, make_reid: ReidFactory, out: Path) -> Moment:
     import numpy as np
 
     from farm_ar.cli.output import print_line, print_table
+    from farm_ar.cli.progress import saying
     from farm_ar.drawing.game.frames import GameFrames
     from farm_ar.drawing.video import write_png
     from farm_ar.showcases.outcome import outcome
 
-    film, moment = outcome(draft.script(), make_reid)
+    with saying("Playing the visits"):
+        film, moment = outcome(draft.script(), make_reid)
     seen = [row for row in film.detections if row["visit"] == draft.visits]
     if draft.visits:
         columns = ("category", "x", "z", "given", "truth", "cost")

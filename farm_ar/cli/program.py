@@ -17,6 +17,7 @@ from farm_ar.cli.identify import identify
 from farm_ar.cli.mistakes import OneLineMistakes
 from farm_ar.cli.play import play
 from farm_ar.cli.play_script import play_script
+from farm_ar.cli.progress import saying
 from farm_ar.cli.replay import replay
 from farm_ar.cli.reproduce import reproduce
 from farm_ar.cli.scenes import app as scenes
@@ -38,19 +39,19 @@ app = typer.Typer(
 app.add_typer(scenes, name="scenes")
 app.add_typer(sweeps, name="sweeps")
 app.command("compile")(compile_kernels)
-app.command()(demo)
-app.command()(design)
-app.command()(evaluate)
-app.command()(identify)
+app.command()(saying("Loading the game")(demo))
+app.command()(saying("Looking for a layout")(design))
+app.command()(saying("Playing held-out episodes with each player")(evaluate))
+app.command()(saying("Identifying")(identify))
 app.command()(play)
-app.command("play-script")(play_script)
-app.command()(replay)
-app.command()(reproduce)
+app.command("play-script")(saying("Playing and filming")(play_script))
+app.command()(saying("Playing it again")(replay))
+app.command()(saying("Repeating the experiments")(reproduce))
 app.command()(schema)
-app.command("stress-replay")(stress_replay)
-app.command()(stress)
-app.command()(train)
-app.command()(watch)
+app.command("stress-replay")(saying("Playing them again")(stress_replay))
+app.command()(saying("Trying to break the labels")(stress))
+app.command()(saying("Loading what training needs")(train))
+app.command()(saying("Playing and filming")(watch))
 
 
 def _print_version(wanted: bool) -> None:

@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
+import os
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+
+import typer
+
+PATIENCE_S = 1.5
+"""What takes longer says what it does."""
 
 Report = Callable[[str, float], None]
 """Is told what is being done, and which share of it is done, 0 to 1."""
@@ -21,6 +28,8 @@ def progress(beginning: str) -> Iterator[Report]:
 
     from farm_ar.cli.output import printable
 
+    for timer in _waiting:
+        timer.cancel()
     screen = Console(stderr=True, markup=False, emoji=False, highlight=False)
     if not screen.is_terminal:
         screen.print(f"{printable(beginning)} ...", soft_wrap=True)
@@ -31,3 +40,24 @@ def progress(beginning: str) -> Iterator[Report]:
     with Progress(*columns, console=screen, transient=True) as bars:
         task = bars.add_task(printable(beginning), total=1.0)
         yield lambda what, share: bars.update(task, description=printable(what), completed=share)
+
+
+_waiting: list[threading.Timer] = []
+
+
+@contextmanager
+def saying(what: str) -> Iterator[None]:
+    """Says in a line what is being done if it takes longer than `PATIENCE_S` and shows no bar before.
+
+    Not where the environment variable `FARM_AR_QUIET` is set. Serves as a decorator, too.
+    """
+    timer = threading.Timer(PATIENCE_S, lambda: typer.echo(f"{what} ...", err=True))
+    timer.daemon = True
+    if not os.environ.get("FARM_AR_QUIET"):
+        timer.start()
+        _waiting.append(timer)
+    try:
+        yield
+    finally:
+        timer.cancel()
+        _waiting.clear()

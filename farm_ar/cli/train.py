@@ -75,6 +75,8 @@ def train(
     With --arg sign=-1 it is a helper. The folder holds the model, its checkpoints, the learning curve (also
     for TensorBoard), and all that is needed to repeat the run. A run that was killed goes on with --resume.
     """
+    import shlex
+
     from farm_ar.agents.packages import need_training
     from farm_ar.cli.output import print_line
     from farm_ar.cli.places import make_folder
@@ -98,7 +100,10 @@ def train(
     if not resume:
         check(asked)  # before a folder is made
     make_folder("RUN", run)
-    model = learn(asked, run, resume, progress, steps, trust)
+    try:
+        model = learn(asked, run, resume, progress, steps, trust)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(f"Go on with: farm-ar train {shlex.quote(str(run))} --resume") from None
     which = "" if RunFolder(run).kept(BEST) else " --which last"
     print_line(f"{model.num_timesteps} steps are done. Look at it: farm-ar watch {run}{which}")
 

@@ -145,12 +145,30 @@ def test_what_a_run_that_goes_on_would_not_heed_is_refused(train, mistake, given
 
 
 def test_where_no_terminal_shows_a_bar_lines_tell_of_a_run(run, train, monkeypatch):
+    monkeypatch.setattr("farm_ar.agents.training.callbacks.LINE_EVERY_S", 0.02)
     for name in ("FORCE_COLOR", "TTY_COMPATIBLE"):
         monkeypatch.delenv(name, raising=False)
     train("one")
     told = run("train", "one", "--resume", "--steps", 96).stderr
     assert told.startswith("Going on from step 32\n")
-    assert re.findall(r"(\d+) of 96 steps, return -?\d", told) == ["64", "96"]
+    steps = [
+        int(n) for n in re.findall(r"^(\d+) of 96 steps, return (?:-|-?\d+\.\d\d), 0:00:\d\d$", told, re.M)
+    ]
+    assert len(steps) > 2
+    assert steps == sorted(steps)
+    assert steps[-1] == 96
+
+
+def test_ctrl_c_tells_how_to_go_on(run, train, monkeypatch):
+    def stop(self):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr("farm_ar.agents.training.callbacks.Checkpoints._on_rollout_start", stop)
+        stopped = train("my run")
+    assert stopped.exit_code == 130
+    assert stopped.stderr.splitlines()[-1] == "Interrupted. Go on with: farm-ar train 'my run' --resume"
+    assert run("train", "my run", "--resume", "--no-progress").stdout.startswith("32 steps are done.")
 
 
 def test_mistakes_are_one_line(mistake, train, tmp_path):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import threading
 import time
+from datetime import timedelta
 from typing import Any
 
 import numpy as np
@@ -13,8 +15,8 @@ from stable_baselines3.common.vec_env import VecEnv
 from farm_ar.agents.training.checkpoints import write_model
 from farm_ar.agents.training.run_folder import BEST, CHECKPOINTS, RunFolder, Table
 
-LINES = 20
-"""At most how many lines tell of a run where no terminal shows a bar."""
+LINE_EVERY_S = 10.0
+"""How often a line tells of a run where no terminal shows a bar."""
 
 TRAINING = ("steps", "seconds", "mean_return", "mean_length")
 EVALUATIONS = ("steps", "mean_return", "best_mean_return")
@@ -151,7 +153,7 @@ class NoteEvaluation(BaseCallback):
 
 
 class Progress(BaseCallback):
-    """A bar on the error stream, or a line now and then where no terminal shows it.
+    """A bar on the error stream, or a line every `LINE_EVERY_S` where no terminal shows it.
 
     Args:
         total: steps.
@@ -160,7 +162,8 @@ class Progress(BaseCallback):
 
     def __init__(self, total: int, rehearsed: int = 0) -> None:
         super().__init__()
-        self._total, self._rehearsed = total, rehearsed
+        self._total, self._rehearsed, self._mean = total, rehearsed, "-"
+        self._begun, self._over = False, threading.Event()
 
     def _on_training_start(self) -> None:
         from rich import progress
@@ -173,13 +176,16 @@ class Progress(BaseCallback):
             progress.TimeElapsedColumn(),
             progress.TimeRemainingColumn(),
         )
-        self._console, self._told = Console(stderr=True), self._part()
+        self._console, self._began = Console(stderr=True, highlight=False), time.monotonic()
         self._bar = progress.Progress(*columns, console=self._console)
         self._row = self._bar.add_task("", total=self._total, completed=self.num_timesteps, mean="-")
-        if self.num_timesteps:
-            self._console.print(f"Going on from step {self.num_timesteps}")
+        self._begun = True
+        going_on = f"Going on from step {self.num_timesteps}"
+        self._console.print(going_on if self.num_timesteps else f"Training for {self._total} steps")
         if self._console.is_interactive:
             self._bar.start()
+        else:
+            threading.Thread(target=self._tell, daemon=True).start()
 
     def _on_step(self) -> bool:
         self._bar.update(self._row, completed=self.num_timesteps)
@@ -187,18 +193,26 @@ class Progress(BaseCallback):
 
     def _on_rollout_end(self) -> None:
         episodes: Any = self.model.ep_info_buffer
-        mean = f"{np.mean([e['r'] for e in episodes]):.2f}" if episodes else "-"
+        self._mean = f"{np.mean([e['r'] for e in episodes]):.2f}" if episodes else "-"
         if self.num_timesteps <= self._rehearsed:
-            mean += " in the rehearsal"
-        self._bar.update(self._row, mean=mean)
-        if not self._console.is_interactive and self._part() > self._told:
-            self._told = self._part()
-            self._console.print(f"{self.num_timesteps} of {self._total} steps, return {mean}")
+            self._mean += " in the rehearsal"
+        self._bar.update(self._row, mean=self._mean)
 
-    def _on_training_end(self) -> None:
+    def stop(self) -> None:
+        """Take the bar away, or write the last line; also where the training did not come to its end."""
+        if not self._begun:
+            return
+        self._over.set()
         if self._console.is_interactive:
             self._bar.stop()
+        else:
+            self._line()
 
-    def _part(self) -> int:
-        """How many of a run's `LINES` parts are done."""
-        return LINES * self.num_timesteps // self._total
+    def _tell(self) -> None:
+        """From a thread of its own, as there is no step while the network is fitted or evaluated."""
+        while not self._over.wait(LINE_EVERY_S):
+            self._line()
+
+    def _line(self) -> None:
+        seconds = timedelta(seconds=round(time.monotonic() - self._began))
+        self._console.print(f"{self.num_timesteps} of {self._total} steps, return {self._mean}, {seconds}")

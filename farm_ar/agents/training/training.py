@@ -215,8 +215,13 @@ def _learn(
     ]
     if steps < recipe.before:
         calls.append(EndSurrogate(recipe.before, envs))
+    shown = Progress(recipe.n_timesteps, recipe.before)
     if progress:
-        calls.append(Progress(recipe.n_timesteps, recipe.before))
-    model.learn(
-        recipe.n_timesteps - steps, CallbackList(calls), log_interval=1, reset_num_timesteps=steps == 0
-    )
+        calls.append(shown)
+    try:
+        model.learn(
+            recipe.n_timesteps - steps, CallbackList(calls), log_interval=1, reset_num_timesteps=steps == 0
+        )
+    finally:
+        if progress:
+            shown.stop()
