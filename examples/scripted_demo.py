@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from farm_ar.showcases import Screening, load_script
+from farm_ar.showcases import ScriptRecorder, load_script
 
 script = Path(__file__).parent / "data" / "exchange.toml"
-film = Screening(load_script(script), make_pictures=None).play()
+film = ScriptRecorder(load_script(script), make_pictures=None).play()
 
 print(film.title)
 print(f"{'category':9} {'x, m':>6} {'z, m':>6}  {'label given':14} {'truth':14}")

@@ -27,9 +27,9 @@ def play_script(
     """
     from farm_ar.cli.output import print_json
     from farm_ar.reid import load_reid
-    from farm_ar.showcases import Screening, load_script
+    from farm_ar.showcases import ScriptRecorder, load_script
 
-    film = Screening(load_script(file), load_reid(reid), make_pictures=None).play()
+    film = ScriptRecorder(load_script(file), load_reid(reid), make_pictures=None).play()
     if as_json:
         print_json({"title": film.title, "snapshots": film.detections, "counters": film.counters})
     else:

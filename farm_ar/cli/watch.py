@@ -46,8 +46,8 @@ def watch(
     from farm_ar.cli.trust import code_of, require_trust
     from farm_ar.drawing.video import write_gif, write_mp4
     from farm_ar.errors import OptionError
+    from farm_ar.showcases.episode_film import film_episode
     from farm_ar.showcases.film import FPS, Image
-    from farm_ar.showcases.watching import watch_episode
 
     path = out or (Path("out") / f"{run}.mp4" if run in shipped() else Path(run) / "watch.mp4")
     if path.suffix not in (".mp4", ".gif"):
@@ -61,7 +61,7 @@ def watch(
 
     def film() -> Iterator[Image]:
         for k in range(episodes):
-            total, wrong = yield from watch_episode(env, policy, seed + k, f"episode {k + 1}")
+            total, wrong = yield from film_episode(env, policy, seed + k, f"episode {k + 1}")
             told.append(f"Episode {k + 1}: return {total:.2f}, wrong labels {wrong}")
 
     with writing("--out", path):

@@ -12,7 +12,7 @@ import cv2
 from farm_ar.drawing.video import write_gif, write_mp4, write_png
 from farm_ar.reid import ReidFactory, SpatialReid
 from farm_ar.scenes.files import write_text
-from farm_ar.showcases.film import FPS, Film, Image, Row, Screening
+from farm_ar.showcases.film import FPS, Film, Image, Row, ScriptRecorder
 from farm_ar.showcases.script import Script
 
 GIF_WIDTH = 640
@@ -47,7 +47,7 @@ def film_script(
         What was filmed, and the files.
     """
     share_filmed = _SHARE_FILMED if gif else 1.0
-    screening = Screening(
+    screening = ScriptRecorder(
         script, make_reid, report=lambda share: report(f"Filming {name}", share_filmed * share)
     )
     small: list[Image] = []
@@ -68,7 +68,7 @@ def film_script(
     return film, paths
 
 
-def _with_copies(screening: Screening, small: list[Image], wanted: bool) -> Iterator[Image]:
+def _with_copies(screening: ScriptRecorder, small: list[Image], wanted: bool) -> Iterator[Image]:
     """The frames, of which every fifth is kept in small."""
     for number, frame in enumerate(screening.frames()):
         if wanted and number % GIF_EVERY == 0:

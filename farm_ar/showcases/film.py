@@ -78,7 +78,7 @@ class Film:
         return sum(row["given"] == row["truth"] for row in self.detections)
 
 
-class Screening:
+class ScriptRecorder:
     """A script being played: its frames, one after the other, and what is noted meanwhile.
 
     Args:

@@ -8,7 +8,7 @@ import numpy as np
 
 from farm_ar.game_logic.moment import Moment
 from farm_ar.reid import ReidFactory, SpatialReid
-from farm_ar.showcases.film import FPS, Film, Image, Screening
+from farm_ar.showcases.film import FPS, Film, Image, ScriptRecorder
 from farm_ar.showcases.script import Script
 
 _NOTHING: Image = np.zeros((1, 1, 3), np.uint8)
@@ -39,5 +39,5 @@ def outcome(
     """
     last = _Last()
     ending = script.ending if to_the_end else 1 / FPS
-    film = Screening(replace(script, ending=ending), make_reid, lambda scene: last).play()
+    film = ScriptRecorder(replace(script, ending=ending), make_reid, lambda scene: last).play()
     return film, last.moment

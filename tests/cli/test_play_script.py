@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from farm_ar.reid import Identification
-from farm_ar.showcases import Screening, film_script, load_script
+from farm_ar.showcases import ScriptRecorder, film_script, load_script
 from farm_ar.showcases import film as film_module
 
 PUSH = """
@@ -75,7 +75,7 @@ def test_a_detection_without_a_label_has_no_cost_in_the_table(push):
             n = len(snapshot.detections)
             return Identification((None,) * n, np.full(n, np.nan), self.labels)
 
-    film = Screening(load_script(push), Blind, make_pictures=None).play()
+    film = ScriptRecorder(load_script(push), Blind, make_pictures=None).play()
     assert [(row["given"], row["cost"]) for row in film.detections] == [(None, None)] * 5
     json.dumps(film.detections, allow_nan=False)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from farm_ar.showcases import Screening, ScriptError, load_script
+from farm_ar.showcases import ScriptError, ScriptRecorder, load_script
 from farm_ar.showcases.draft import Draft, MoveError
 from farm_ar.showcases.outcome import outcome
 
@@ -67,7 +67,7 @@ def test_a_gaze_that_is_no_site_is_refused_at_once():
 def test_the_outcome_is_that_of_the_film_without_its_pictures():
     script = load_script("demonstration-2")
     film, moment = outcome(script, to_the_end=True)
-    whole = Screening(script, make_pictures=None).play()
+    whole = ScriptRecorder(script, make_pictures=None).play()
     assert film.detections == whole.detections
     assert film.counters == whole.counters
     assert film.frames == whole.frames

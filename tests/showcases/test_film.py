@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from farm_ar.game_logic.moment import Moment
-from farm_ar.showcases import Screening, film_script, load_script
+from farm_ar.showcases import ScriptRecorder, film_script, load_script
 from farm_ar.showcases import film as film_module
 
 SHORT = """
@@ -44,7 +44,7 @@ def moments(monkeypatch) -> list[Moment]:
 
 @pytest.mark.parametrize("name", ["demonstration-1", "demonstration-2"])
 def test_a_demonstration_ends_as_the_paper_says_with_every_label_on_its_own_building(moments, name):
-    screening = Screening(load_script(name))
+    screening = ScriptRecorder(load_script(name))
     list(screening.frames())
     film = screening.film
     assert film.right == len(film.detections) == {"demonstration-1": 7, "demonstration-2": 5}[name]
@@ -54,7 +54,7 @@ def test_a_demonstration_ends_as_the_paper_says_with_every_label_on_its_own_buil
 
 
 def test_demonstration_1_leaves_the_buildings_as_in_figure_17b(moments):
-    list(Screening(load_script("demonstration-1")).frames())
+    list(ScriptRecorder(load_script("demonstration-1")).frames())
     before, after = moments[0].truth, moments[-1].truth
     place = {label: after.position[after.index(label)] for label in after.labels}
     was = {label: before.position[before.index(label)] for label in before.labels}
@@ -66,7 +66,7 @@ def test_demonstration_1_leaves_the_buildings_as_in_figure_17b(moments):
 
 
 def test_demonstration_2_swaps_and_turns_as_in_figure_18b(moments):
-    list(Screening(load_script("demonstration-2")).frames())
+    list(ScriptRecorder(load_script("demonstration-2")).frames())
     before, after = moments[0].truth, moments[-1].truth
     orange, white = after.index("orange-coop"), after.index("white-hutch")
     np.testing.assert_allclose(after.position[orange], before.position[white], atol=0.03)
@@ -76,7 +76,7 @@ def test_demonstration_2_swaps_and_turns_as_in_figure_18b(moments):
 
 
 def test_animals_and_time_stand_still_while_the_hand_is_in_view(moments):
-    list(Screening(load_script("demonstration-1")).frames())
+    list(ScriptRecorder(load_script("demonstration-1")).frames())
     frozen = [moment for moment in moments if moment.phase == "hand"]
     assert len(frozen) > 60
     assert len({moment.seconds for moment in frozen}) == 1
@@ -85,7 +85,7 @@ def test_animals_and_time_stand_still_while_the_hand_is_in_view(moments):
 
 
 def test_the_belief_does_not_change_before_the_snapshot(moments):
-    list(Screening(load_script("demonstration-1")).frames())
+    list(ScriptRecorder(load_script("demonstration-1")).frames())
     frozen = [moment for moment in moments if moment.phase == "hand"]
     np.testing.assert_array_equal(frozen[-1].believed.position, frozen[0].believed.position)
 
@@ -94,7 +94,7 @@ def test_the_same_script_is_filmed_the_same_way(moments, tmp_path):
     path = tmp_path / "short.toml"
     path.write_text(SHORT)
     for _ in range(2):
-        list(Screening(load_script(path)).frames())
+        list(ScriptRecorder(load_script(path)).frames())
     half = len(moments) // 2
     for a, b in zip(moments[:half], moments[half:], strict=True):
         np.testing.assert_array_equal(a.animal, b.animal)

@@ -7,21 +7,28 @@ from functools import cached_property
 import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray
-from farm_ar.drawing.game import creatures, ground
+from farm_ar.drawing.game import animals, ground
 from farm_ar.drawing.game.atlas import Atlas
 from farm_ar.drawing.game.buildings_above import roof
 from farm_ar.drawing.game.colours import PAPER, Colour, Image, category_colour, darker, label_colours
 from farm_ar.drawing.game.header import draw_header, draw_legend, draw_score, header_height
-from farm_ar.drawing.game.lettering import BOLD, text_sprite
+from farm_ar.drawing.game.label_placement import (
+    LabelPlacement,
+    box_size,
+    box_text,
+    draw_label_box,
+    draw_leaders,
+    place_boxes,
+)
 from farm_ar.drawing.game.marks import HEAD_RADIUS_M, CameraMark, draw_beliefs
 from farm_ar.drawing.game.overlays import freeze, ice_block, outline
+from farm_ar.drawing.game.pixel_observation import PixelObservation
 from farm_ar.drawing.game.pixels import paste
-from farm_ar.drawing.game.plates import Plates, arrange, draw_leaders, draw_plate, plate_text, room_for
 from farm_ar.drawing.game.player import draw_hand
 from farm_ar.drawing.game.scenery import Scenery
-from farm_ar.drawing.game.small import SmallTable
 from farm_ar.drawing.game.sprites import paste_art
-from farm_ar.drawing.game.window import Window, window_on
+from farm_ar.drawing.game.text import BOLD, text_sprite
+from farm_ar.drawing.game.viewport import Viewport, viewport_on
 from farm_ar.game_logic.moment import Moment
 from farm_ar.game_logic.paths import door
 from farm_ar.geometry import direction, footprint_corners, voronoi_cells
@@ -31,15 +38,15 @@ _STRIP = 0.46
 """How much of the floor before a game's table is shown, in depths of the table: there the player stands."""
 
 _CROWD_STEP_M = 0.045
-"""Side of the squares before the shed's door that plates leave to the animals, metres."""
+"""Side of the squares before the shed's door that labels leave to the animals, metres."""
 
 _SITES_COUNT = 3
-"""The name of a site counts as so many things that plates should not cover."""
+"""The name of a site counts as so many things that labels should not cover."""
 
 _CELL_LINES: Colour = (168, 158, 142)
 
 _LETTER_PX = 11.3
-"""Height of the letters on plates in a picture 480 high."""
+"""Height of the letters of labels in a picture 480 high."""
 
 
 class TableFromAbove:
@@ -60,11 +67,11 @@ class TableFromAbove:
         self.unit = height / 480
         self._header = header_height(height) if header else 0
         near = _STRIP * scene.size[1] if ground.is_farm(scene) else 0.0
-        self.window: Window = window_on(scene.size, width, height, self._header, near)
+        self.viewport: Viewport = viewport_on(scene.size, width, height, self._header, near)
         self._letter = max(9, round(_LETTER_PX * self.unit))
         self._colours = label_colours(scene.layout.labels)
-        self._camera = CameraMark(self.window)
-        self._arranged: tuple[object, Plates] | None = None
+        self._camera = CameraMark(self.viewport)
+        self._arranged: tuple[object, LabelPlacement] | None = None
 
     def draw(
         self, moment: Moment, labels: bool = True, beliefs: bool = True, out: Image | None = None
@@ -73,9 +80,9 @@ class TableFromAbove:
 
         Args:
             moment: of this drawer's scene.
-            labels: whether anything is written: plates, the bar at the top, the score.
-            beliefs: whether it shows what the game believes: plates stand where it believes the labels to be,
-                ghosts where that is not so, and what is wrong is red. Otherwise plates stand by the truth.
+            labels: whether anything is written: labels, the bar at the top, the score.
+            beliefs: whether it shows what the game believes: labels stand where it believes them to be,
+                outlines where that is not so, and what is wrong is red. Otherwise labels stand by the truth.
             out: to draw on; a new picture by default.
 
         Returns:
@@ -90,9 +97,9 @@ class TableFromAbove:
         self._camera.draw(image, moment.camera)
         self._name_sites(image, moment.camera)
         if beliefs:
-            draw_beliefs(image, moment, self.window, self._colours)
+            draw_beliefs(image, moment, self.viewport, self._colours)
         if moment.hand is not None:
-            draw_hand(image, moment.hand, self.window)
+            draw_hand(image, moment.hand, self.viewport)
         if labels:
             self._draw_labels(image, moment, beliefs)
         return image
@@ -107,32 +114,32 @@ class TableFromAbove:
         return self._draw_background()
 
     @cached_property
-    def _small(self) -> SmallTable:
-        return SmallTable(self.scene, self.size)
+    def _pixel_observation(self) -> PixelObservation:
+        return PixelObservation(self.scene, self.size)
 
-    def draw_small(self, moment: Moment, beliefs: bool) -> Image:
-        """The picture of a moment in the same size, without words, as `SmallTable` draws it."""
-        return self._small.draw(moment, beliefs)
+    def draw_pixel_observation(self, moment: Moment, beliefs: bool) -> Image:
+        """The picture of a moment in the same size, without words, as `PixelObservation` draws it."""
+        return self._pixel_observation.draw(moment, beliefs)
 
-    def plates(self, moment: Moment, beliefs: bool = True) -> Plates:
-        """Where the plates stand that `draw` would draw."""
+    def label_placement(self, moment: Moment, beliefs: bool = True) -> LabelPlacement:
+        """Where the label boxes lie that `draw` would draw."""
         layout = moment.believed if beliefs else moment.truth
         index = [int(i) for i in np.flatnonzero(layout.movable)]
-        rooms = [room_for(moment, i, self._letter, beliefs) for i in index]
+        rooms = [box_size(moment, i, self._letter, beliefs) for i in index]
         key = (layout.position.tobytes(), layout.yaw.tobytes(), tuple(rooms))
         if self._arranged is None or self._arranged[0] != key:
             self._arranged = key, self._arrange(layout, index, rooms)
         return self._arranged[1]
 
-    def _arrange(self, layout: Layout, index: list[int], rooms: list[tuple[int, int]]) -> Plates:
-        corners = self.window.pixels(footprint_corners(layout.position, layout.yaw, layout.size))
+    def _arrange(self, layout: Layout, index: list[int], rooms: list[tuple[int, int]]) -> LabelPlacement:
+        corners = self.viewport.pixels(footprint_corners(layout.position, layout.yaw, layout.size))
         low, high = corners.min(axis=1), corners.max(axis=1)
         width, height = self.size
         bounds = np.array([2, self._header + 2, width - 2, height - 2], dtype=np.float64)
         avoid = np.vstack([np.hstack([low, high])[layout.fixed], self._crowded(layout), self._site_boxes()])
-        anchor = self.window.pixels(layout.position[index])
-        boxes = arrange(np.array(rooms), anchor, ((high - low) / 2)[index], avoid, bounds)
-        return Plates(index, boxes, anchor)
+        anchor = self.viewport.pixels(layout.position[index])
+        boxes = place_boxes(np.array(rooms), anchor, ((high - low) / 2)[index], avoid, bounds)
+        return LabelPlacement(index, boxes, anchor)
 
     def _crowded(self, layout: Layout) -> FloatArray:
         """(C, 4) left, top, right, bottom of where animals crowd: before the doors that they come from.
@@ -153,28 +160,28 @@ class TableFromAbove:
             + ahead[:, None, None] * out[:, None, None]
             + aside[:, None] * across[:, None, None]
         )
-        half = _CROWD_STEP_M / 2 * self.window.scale * np.array([-1.0, -1.0, 1.0, 1.0])
-        return np.tile(self.window.pixels(places.reshape(-1, 2)), 2) + half
+        half = _CROWD_STEP_M / 2 * self.viewport.scale * np.array([-1.0, -1.0, 1.0, 1.0])
+        return np.tile(self.viewport.pixels(places.reshape(-1, 2)), 2) + half
 
     def _site_boxes(self) -> FloatArray:
         """(S, 4) left, top, right, bottom of the marks and names of the sites."""
-        places = self.window.pixels(self.scene.site_positions).reshape(-1, 2)
+        places = self.viewport.pixels(self.scene.site_positions).reshape(-1, 2)
         around = np.array([-5.0, -14.0, 20.0, 5.0]) * self.unit
         return np.repeat(np.tile(places, 2) + around, _SITES_COUNT, axis=0)
 
     def _draw_background(self) -> Image:
         width, height = self.size
-        window = self.window
+        viewport = self.viewport
         image = ground.floor(width, height)
-        left, bottom = window.pixels(np.zeros(2))
-        right, top = window.pixels(np.array(self.scene.size))
+        left, bottom = viewport.pixels(np.zeros(2))
+        right, top = viewport.pixels(np.array(self.scene.size))
         x0, y0, x1, y1 = (round(float(value)) for value in (left, top, right, bottom))
         ground.draw_rim(image, x0, y0, x1, y1, max(3, round(7 * self.unit)))
         image[y0:y1, x0:x1] = ground.table_top(self.scene, x1 - x0, y1 - y0)
         self._draw_cells(image)
-        for placed in self.scenery.standing:
-            x, y = window.pixels(placed.position)
-            paste_art(image, placed.thing.above, float(x), float(y), window.scale, placed.yaw)
+        for placed in self.scenery.static:
+            x, y = viewport.pixels(placed.position)
+            paste_art(image, placed.thing.above, float(x), float(y), viewport.scale, placed.yaw)
         return image
 
     def _draw_cells(self, image: Image) -> None:
@@ -184,9 +191,9 @@ class TableFromAbove:
         ink, _ = self._site_colours
         for cell in voronoi_cells(self.scene.site_positions, self.scene.size):
             if len(cell):
-                outline(image, self.window.pixels(cell), tone, 1)
+                outline(image, self.viewport.pixels(cell), tone, 1)
         for site in self.scene.sites:
-            x, y = (float(value) for value in self.window.pixels(np.array([site.x, site.z])))
+            x, y = (float(value) for value in self.viewport.pixels(np.array([site.x, site.z])))
             reach = 3 * self.unit
             for dx, dy in ((reach, reach), (reach, -reach)):
                 ends = np.array([(x - dx, y - dy), (x + dx, y + dy)])
@@ -197,7 +204,7 @@ class TableFromAbove:
         ink, halo = self._site_colours
         for site in self.scene.sites:
             words = text_sprite(site.name, max(8, round(10 * self.unit)), ink, BOLD, halo)
-            x, y = self.window.pixels(np.array([site.x, site.z])).tolist()
+            x, y = self.viewport.pixels(np.array([site.x, site.z])).tolist()
             head = np.hypot(*(camera.position - (site.x, site.z))) < HEAD_RADIUS_M
             aside, up = (32, 10) if head else (4, 2)
             paste(image, words.pixels, round(x + aside * self.unit), round(y - up * self.unit) + words.top)
@@ -213,37 +220,36 @@ class TableFromAbove:
         """What is alive around the buildings, the animals, in ice if they are frozen, and the buildings."""
         living = self.scenery.living(moment.seconds)
         around = [self._atlas.number(placed.thing.above) for placed in living]
-        animals, place, yaw = self._animals[moment.animal_goal], moment.animal, moment.animal_heading
+        numbers, place, yaw = self._animals[moment.animal_goal], moment.animal, moment.animal_heading
         if frozen:
-            animals = np.stack([animals, np.full_like(animals, self._ice)], axis=1).reshape(-1)
+            numbers = np.stack([numbers, np.full_like(numbers, self._ice)], axis=1).reshape(-1)
             place = np.repeat(place, 2, axis=0)
             yaw = np.stack([yaw, np.zeros_like(yaw)], axis=1).reshape(-1)
         order, truth = self._large_first, moment.truth
-        art = np.concatenate([np.array(around, np.int64), animals, self._roofs])
+        art = np.concatenate([np.array(around, np.int64), numbers, self._roofs])
         places = np.concatenate(
             [np.array([p.position for p in living]).reshape(-1, 2), place, truth.position[order]]
         )
         yaws = np.concatenate([[p.yaw for p in living], yaw, truth.yaw[order]])
         step = np.repeat([7.5, 1.0], [len(art) - len(order), len(order)])
-        self._atlas.paste(image, art, self.window.pixels(places), yaws, step)
+        self._atlas.paste(image, art, self.viewport.pixels(places), yaws, step)
 
     @cached_property
     def _atlas(self) -> Atlas:
-        return Atlas(lambda size: self.window.scale)
+        return Atlas(lambda size: self.viewport.scale)
 
     @cached_property
     def _animals(self) -> IntArray:
         """(N,) the drawing of an animal of each label."""
         kinds = zip(self._colours, self.scene.layout.category, strict=True)
         arts = [
-            creatures.bunny(colour) if kind == "hutch" else creatures.chicken(colour)
-            for colour, kind in kinds
+            animals.bunny(colour) if kind == "hutch" else animals.chicken(colour) for colour, kind in kinds
         ]
         return np.array([self._atlas.number(art) for art in arts], dtype=np.int64)
 
     @cached_property
     def _ice(self) -> int:
-        return self._atlas.number(ice_block(0.6 * creatures.LENGTH_M))
+        return self._atlas.number(ice_block(0.6 * animals.LENGTH_M))
 
     @cached_property
     def _large_first(self) -> IntArray:
@@ -262,11 +268,11 @@ class TableFromAbove:
         return np.array(arts, dtype=np.int64)
 
     def _draw_labels(self, image: Image, moment: Moment, beliefs: bool) -> None:
-        plates = self.plates(moment, beliefs)
-        draw_leaders(image, plates, [self._colours[i] for i in plates.index], self.unit)
-        for i, box in zip(plates.index, plates.box, strict=True):
+        placement = self.label_placement(moment, beliefs)
+        draw_leaders(image, placement, [self._colours[i] for i in placement.index], self.unit)
+        for i, box in zip(placement.index, placement.box, strict=True):
             wrong = beliefs and bool(moment.wrong[i])
-            draw_plate(image, plate_text(moment, i), box, self._colours[i], self._letter, wrong)
+            draw_label_box(image, box_text(moment, i), box, self._colours[i], self._letter, wrong)
         draw_score(image, moment, beliefs, self.unit)
         if beliefs and ground.is_farm(self.scene):
             draw_legend(image, self.unit)

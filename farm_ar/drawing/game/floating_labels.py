@@ -9,11 +9,11 @@ import numpy as np
 
 from farm_ar.arrays import FloatArray
 from farm_ar.drawing.game.colours import INK, Colour, Image, lighter, luminance
-from farm_ar.drawing.game.lettering import BOLD, text_sprite
+from farm_ar.drawing.game.label_placement import box_text
 from farm_ar.drawing.game.pinhole import Pinhole
 from farm_ar.drawing.game.pixels import paste
-from farm_ar.drawing.game.plates import plate_text
 from farm_ar.drawing.game.sprites import Sprite
+from farm_ar.drawing.game.text import BOLD, text_sprite
 from farm_ar.game_logic.moment import Moment
 from farm_ar.geometry import direction
 from farm_ar.scenes import Camera, Layout
@@ -58,7 +58,7 @@ class FloatingLabels:
         unit = image.shape[0] / 480
         letter = max(9, round(_LETTER_PX * unit))
         index, roof = self._in_picture(moment, view, image.shape)
-        tags = [_tag(plate_text(moment, i), self._bright[i], letter) for i in index]
+        tags = [_tag(box_text(moment, i), self._bright[i], letter) for i in index]
         half = np.array([tag.pixels.shape[1] / 2 for tag in tags])
         middle = np.clip(roof[:, 0], half, np.maximum(image.shape[1] - half, half))
         line = float(_tag("", INK, letter).pixels.shape[0] + 1)
@@ -106,11 +106,11 @@ def stack(
         (L,) rows where they stand, NaN for those left out.
     """
     rows: list[float] = []
-    standing: list[tuple[float, float, float]] = []
+    placed: list[tuple[float, float, float]] = []
     # So few are written in loops: arrays would take longer.
     for x, reach, wanted in zip(middle.tolist(), half.tolist(), base.tolist(), strict=True):
         free = []
-        for other, width, row in standing:
+        for other, width, row in placed:
             closeness = min(1 - (abs(other - x) - width - reach) / _APPROACH_PX, 1.0)
             if closeness > 0:
                 free.append((row, (1 - closeness) * _GLIDE_PX - line))
@@ -119,7 +119,7 @@ def stack(
         if row < highest:
             row = max([start, *(other - room for other, room in free)])
         if row <= lowest:
-            standing.append((x, reach, row))
+            placed.append((x, reach, row))
         rows.append(row if row <= lowest else np.nan)
     return np.array(rows)
 

@@ -8,8 +8,8 @@ from farm_ar.drawing.game.above import TableFromAbove
 from farm_ar.drawing.game.colours import PAPER, Image
 from farm_ar.drawing.game.header import draw_header, header_height
 from farm_ar.drawing.game.headset import HeadsetView
-from farm_ar.drawing.game.lettering import BOLD, text_sprite
 from farm_ar.drawing.game.pixels import paste
+from farm_ar.drawing.game.text import BOLD, text_sprite
 from farm_ar.errors import OptionError
 from farm_ar.game_logic.moment import Moment
 from farm_ar.scenes import Scene

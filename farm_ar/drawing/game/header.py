@@ -8,10 +8,10 @@ import cv2
 import numpy as np
 
 from farm_ar.drawing.game.colours import DEEP_ICE, GO, ICE, PAPER, WRONG, Colour, Image
-from farm_ar.drawing.game.lettering import BOLD, REGULAR, text_sprite, text_width
 from farm_ar.drawing.game.overlays import dashed_line, outline, play_mark, snowflake, tint_area
 from farm_ar.drawing.game.pixels import paste
 from farm_ar.drawing.game.sprites import Sprite, paste_art, sprite_of
+from farm_ar.drawing.game.text import BOLD, REGULAR, text_sprite, text_width
 from farm_ar.game_logic.moment import Moment
 
 _BAR: Colour = (34, 39, 48)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from farm_ar.drawing.game import creatures
+from farm_ar.drawing.game import animals
 from farm_ar.drawing.game.atlas import Atlas
+from farm_ar.drawing.game.belief_overlay import draw_belief_overlay
 from farm_ar.drawing.game.colours import Image, label_colours
 from farm_ar.drawing.game.floating_labels import FloatingLabels
-from farm_ar.drawing.game.ghosts import draw_ghosts
 from farm_ar.drawing.game.header import draw_header, header_height
 from farm_ar.drawing.game.overlays import freeze, ice_block
 from farm_ar.drawing.game.perspective import upright_places, upright_scale
@@ -16,14 +16,14 @@ from farm_ar.drawing.game.pinhole import Pinhole
 from farm_ar.drawing.game.pixels import Distances
 from farm_ar.drawing.game.player import draw_hand_before_eyes
 from farm_ar.drawing.game.scenery import Scenery
-from farm_ar.drawing.game.standing import StandingThings, upright_number
+from farm_ar.drawing.game.static_layer import StaticLayer, upright_number
 from farm_ar.game_logic.moment import Moment
 from farm_ar.scenes import Camera, Scene
 
 _HOPS = 160.0
 """Radians of a hop for each metre run: an animal that stands still does not hop."""
 
-_ICE = ice_block(0.55 * creatures.LENGTH_M, 0.45 * creatures.LENGTH_M)
+_ICE = ice_block(0.55 * animals.LENGTH_M, 0.45 * animals.LENGTH_M)
 """The ice around an animal, seen from the side."""
 
 
@@ -55,7 +55,7 @@ class HeadsetView:
         self._scenery = scenery or Scenery(scene)
         self._labels = FloatingLabels(self._colours, self._header)
         self._atlas = Atlas(upright_scale)
-        self._standing = StandingThings(scene, size, self._scenery.standing, self._atlas)
+        self._static = StaticLayer(scene, size, self._scenery.static, self._atlas)
         self._bunny = np.array([category == "hutch" for category in scene.layout.category])
         self._animals = np.array([self._facing_both_ways(i) for i in range(len(self._colours))], np.int64)
         self._ice = self._atlas.number(_ICE)
@@ -71,11 +71,11 @@ class HeadsetView:
         image = np.empty((height, width, 3), np.uint8) if out is None else out
         view = Pinhole.of(moment.camera, width, height)
         frozen = moment.phase == "hand"
-        away = self._standing.draw(image, moment.camera, view, moment.truth)
+        away = self._static.draw(image, moment.camera, view, moment.truth)
         self._draw_figures(image, away, moment, view, frozen)
         if frozen:
             freeze(image)
-        draw_ghosts(image, moment, view, self._colours)
+        draw_belief_overlay(image, moment, view, self._colours)
         if moment.hand is not None:
             draw_hand_before_eyes(image, moment.hand, view)
         _dim_outside(image, moment.camera, view)
@@ -86,7 +86,7 @@ class HeadsetView:
 
     def _facing_both_ways(self, label: int) -> tuple[int, int]:
         """The drawings of an animal of a label that runs to the right and to the left."""
-        make = creatures.bunny_side if self._bunny[label] else creatures.chicken_side
+        make = animals.bunny_side if self._bunny[label] else animals.chicken_side
         right, left = (self._atlas.number(make(self._colours[label], way)) for way in (False, True))
         return right, left
 
@@ -98,15 +98,15 @@ class HeadsetView:
         leftwards = (np.sin(moment.animal_heading - view.yaw) < 0).astype(np.int64)
         bunny = self._bunny[moment.animal_goal]
         hop = np.abs(np.sin(_HOPS / 2 * moment.animal.sum(axis=1))) * np.where(bunny, 0.010, 0.003)
-        animals, place = self._animals[moment.animal_goal, leftwards], moment.animal
+        numbers, place = self._animals[moment.animal_goal, leftwards], moment.animal
         if frozen:
-            animals = np.stack([animals, np.full_like(animals, self._ice)], axis=1).reshape(-1)
+            numbers = np.stack([numbers, np.full_like(numbers, self._ice)], axis=1).reshape(-1)
             place, hop = np.repeat(place, 2, axis=0), np.repeat(hop, 2)
         around = np.array([upright_number(self._atlas, placed, view) for placed in living], np.int64)
         where = np.array([placed.position for placed in living]).reshape(-1, 2)
         lift = np.concatenate([np.zeros(len(living)), hop])
         feet = np.insert(np.concatenate([where, place]), 1, lift, axis=1)
-        art = np.concatenate([around, animals])
+        art = np.concatenate([around, numbers])
         places, size, distance, near = upright_places(view, feet, self.size)
         self._atlas.paste_in_space(image, away, art[near], places[near], size[near], distance[near], False)
 

@@ -9,7 +9,7 @@ from farm_ar.drawing.game.colours import VIEW, WRONG, Colour, Image, darker
 from farm_ar.drawing.game.overlays import dashed_line, outline, tint_area
 from farm_ar.drawing.game.player import head
 from farm_ar.drawing.game.sprites import paste_art
-from farm_ar.drawing.game.window import Window
+from farm_ar.drawing.game.viewport import Viewport
 from farm_ar.game_logic.moment import Moment
 from farm_ar.geometry import footprint_corners, view_polygon, wrap
 from farm_ar.scenes import Camera
@@ -26,51 +26,51 @@ class CameraMark:
     """Draws the field of view as a light wedge, and the player's head; one out of the picture looks in.
 
     Args:
-        window: what the picture shows.
+        viewport: what the picture shows.
     """
 
-    def __init__(self, window: Window) -> None:
-        self._window = window
+    def __init__(self, viewport: Viewport) -> None:
+        self._viewport = viewport
         self._wedge: tuple[Camera, FloatArray] | None = None
 
     def draw(self, image: Image, camera: Camera) -> None:
         """Draw the mark of a camera."""
-        window, unit = self._window, self._window.height / 480
+        viewport, unit = self._viewport, self._viewport.height / 480
         if self._wedge is None or self._wedge[0] is not camera:
-            self._wedge = camera, _wedge(camera, window)
+            self._wedge = camera, _wedge(camera, viewport)
         pixels = self._wedge[1]
         tint_area(image, pixels, VIEW, 0.17)
         outline(image, pixels, VIEW, max(1, round(1.4 * unit)))
-        grown = max(1.0, _LEAST_HEAD_PX * unit / (HEAD_RADIUS_M * window.scale))
-        x, y = np.clip(window.pixels(camera.position), 0, [window.width, window.height]).tolist()
-        paste_art(image, head(), x, y, round(grown * window.scale, 3), float(camera.yaw), step=1.0)
+        grown = max(1.0, _LEAST_HEAD_PX * unit / (HEAD_RADIUS_M * viewport.scale))
+        x, y = np.clip(viewport.pixels(camera.position), 0, [viewport.width, viewport.height]).tolist()
+        paste_art(image, head(), x, y, round(grown * viewport.scale, 3), float(camera.yaw), step=1.0)
 
 
-def _wedge(camera: Camera, window: Window) -> FloatArray:
+def _wedge(camera: Camera, viewport: Viewport) -> FloatArray:
     """(V, 2) the field of view, pixels, as far as it can be in the picture."""
     fov = camera.fov
-    edges = np.array([(x, y) for x in (0, window.width) for y in (0, window.height)], dtype=np.float64)
-    farthest = float(np.linalg.norm(window.metres(edges) - camera.position, axis=1).max())
+    edges = np.array([(x, y) for x in (0, viewport.width) for y in (0, viewport.height)], dtype=np.float64)
+    farthest = float(np.linalg.norm(viewport.metres(edges) - camera.position, axis=1).max())
     reach = min(fov.range_m, 1.05 * farthest)
-    return window.pixels(
+    return viewport.pixels(
         view_polygon(camera.position, float(camera.yaw), fov.left, fov.right, reach, arc_points=24)
     )
 
 
-def draw_beliefs(image: Image, moment: Moment, window: Window, colours: tuple[Colour, ...]) -> None:
-    """Ghosts where a label is believed but its object is not, with a dashed line to where that is.
+def draw_beliefs(image: Image, moment: Moment, viewport: Viewport, colours: tuple[Colour, ...]) -> None:
+    """Outlines where a label is believed but its object is not, with a dashed line to where that is.
 
     Args:
         image: to draw on.
         moment: what is true and what is believed.
-        window: what the picture shows.
+        viewport: what the picture shows.
         colours: of the labels; what is wrong is red besides.
     """
     believed, truth = moment.believed, moment.truth
-    unit = window.height / 480
+    unit = viewport.height / 480
     thick = max(1, round(1.3 * unit))
-    corners = window.pixels(footprint_corners(believed.position, believed.yaw, believed.size))
-    start, end = window.pixels(believed.position), window.pixels(truth.position)
+    corners = viewport.pixels(footprint_corners(believed.position, believed.yaw, believed.size))
+    start, end = viewport.pixels(believed.position), viewport.pixels(truth.position)
     for i in np.flatnonzero(differs(moment)):
         colour, dark = colours[i], darker(colours[i], 0.6)
         dashed_line(image, start[i], end[i], dark, thick + 2, 5 * unit)

@@ -13,7 +13,7 @@ from farm_ar.drawing.game.overlays import outline, tint_area
 from farm_ar.drawing.game.pinhole import Pinhole
 from farm_ar.drawing.game.shapes import Art, Part, box, disc, ellipse, stroke
 from farm_ar.drawing.game.sprites import SHIFT, fixed_point, paste_art
-from farm_ar.drawing.game.window import Window
+from farm_ar.drawing.game.viewport import Viewport
 from farm_ar.game_logic.hand import HandState
 
 _HAIR = (86, 60, 42)
@@ -73,19 +73,19 @@ def _open_fingers() -> tuple[list[Part], list[Part]]:
     return fingers, [disc(x, z + 0.002, 0.0030, lighter(SKIN, 0.35)) for x, z in tips]
 
 
-def draw_hand(image: Image, hand: HandState, window: Window) -> None:
+def draw_hand(image: Image, hand: HandState, viewport: Viewport) -> None:
     """The hand and the forearm that leads to it from the player's side."""
     grown = 1.10 if hand.raised else 1.0
     place = np.asarray(hand.position, dtype=np.float64)
     arm = _part_of_arm(place, -0.03, 0.021 * grown, 0.040 * grown)
     if hand.raised:
-        tint_area(image, window.pixels(arm + np.array([0.03, -0.02])), (0, 0, 0), 0.22)
+        tint_area(image, viewport.pixels(arm + np.array([0.03, -0.02])), (0, 0, 0), 0.22)
     for points, colour in ((arm, SKIN), (_part_of_arm(place, -0.20, 0.035 * grown, 0.050 * grown), SLEEVE)):
-        pixels = window.pixels(points)
+        pixels = viewport.pixels(points)
         cv2.fillConvexPoly(image, fixed_point(pixels), colour, cv2.LINE_AA, SHIFT)
-        outline(image, pixels, darker(colour, 0.55), max(1, round(0.003 * window.scale)))
-    x, y = window.pixels(place)
-    scale = round(grown * window.scale, 3)
+        outline(image, pixels, darker(colour, 0.55), max(1, round(0.003 * viewport.scale)))
+    x, y = viewport.pixels(place)
+    scale = round(grown * viewport.scale, 3)
     paste_art(image, hand_art(hand.gripped is not None), float(x), float(y), scale, hand.yaw, step=2.5)
 
 

@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 
 from farm_ar.arrays import FloatArray
-from farm_ar.drawing.game import farm_beasts, farm_things
+from farm_ar.drawing.game import livestock, props
 from farm_ar.drawing.game.ground import is_farm
 from farm_ar.drawing.game.shapes import Thing
 from farm_ar.geometry import footprint_corners, heading
@@ -51,11 +51,11 @@ class Scenery:
         scene: the table.
 
     Attributes:
-        standing: what never moves.
+        static: what never moves.
     """
 
     def __init__(self, scene: Scene) -> None:
-        self.standing: list[Placed] = []
+        self.static: list[Placed] = []
         self._living: list[Callable[[float], Placed]] = []
         self._then: tuple[float, list[Placed]] = (np.nan, [])
         if not is_farm(scene):
@@ -72,41 +72,41 @@ class Scenery:
         return self._then[1]
 
     def _furnish(self) -> None:
-        wood = farm_things.wood_stack()
+        wood = props.wood_stack()
         for thing, spot, yaw in (
-            (farm_things.silo(), (0.955, 0.93), 0.0),
-            (farm_things.tractor(), (0.83, 0.91), 1.2),
+            (props.silo(), (0.955, 0.93), 0.0),
+            (props.tractor(), (0.83, 0.91), 1.2),
             (wood, (0.06, 0.93), 0.15),
-            (farm_things.hay_trough(), (0.56, 0.19), 0.0),
+            (props.hay_trough(), (0.56, 0.19), 0.0),
             (wood, (0.95, 0.21), -0.2),
         ):
             place = self._ground.take(spot, thing.radius)
             if place is not None:
-                self.standing.append(Placed(thing, place, yaw))
+                self.static.append(Placed(thing, place, yaw))
 
     def _settle_animals(self, scene: Scene) -> None:
         drinks = self._ground.take((0.60, 0.93), 0.075)
         if drinks is not None:
-            self.standing.append(Placed(farm_things.water_trough(), drinks + _TO_TROUGH, np.pi / 2))
+            self.static.append(Placed(props.water_trough(), drinks + _TO_TROUGH, np.pi / 2))
             self._living.append(
-                partial(_drinking, farm_beasts.cow(True), farm_beasts.cow(False), drinks - _TO_TROUGH)
+                partial(_drinking, livestock.cow(True), livestock.cow(False), drinks - _TO_TROUGH)
             )
-        goats = farm_beasts.goat(True), farm_beasts.goat(False)
+        goats = livestock.goat(True), livestock.goat(False)
         for k, spot in enumerate([(0.05, 0.50), (0.05, 0.19), (0.22, 0.93), (0.78, 0.20), (0.96, 0.42)]):
             home = self._ground.take(spot, 0.045)
             if home is not None:
                 self._living.append(partial(_grazing, goats, home, 1.7 * k))
         way = self._ground.free_way(scene)
-        self._living.append(partial(_wandering, [farm_beasts.dog(k) for k in range(4)], way))
+        self._living.append(partial(_wandering, [livestock.dog(k) for k in range(4)], way))
 
     def _plant(self) -> None:
         rng = np.random.default_rng(2024)
-        flowers, tuft = [farm_things.flower(petal) for petal in _PETALS], farm_things.tuft()
+        flowers, tuft = [props.flower(petal) for petal in _PETALS], props.tuft()
         for k in range(70):
             thing = tuft if k % 5 < 3 else flowers[k % len(flowers)]
             place = self._ground.take(rng.uniform(0.01, 0.99, size=2).tolist(), thing.radius, reach=0.0)
             if place is not None:
-                self.standing.append(Placed(thing, place, rng.uniform(-0.5, 0.5)))
+                self.static.append(Placed(thing, place, rng.uniform(-0.5, 0.5)))
 
 
 class _Ground:

@@ -5,7 +5,7 @@ import pytest
 
 from farm_ar.drawing.game.above import TableFromAbove
 from farm_ar.drawing.game.colours import GO, ICE, WRONG, Image, label_colours
-from farm_ar.drawing.game.small import SmallTable
+from farm_ar.drawing.game.pixel_observation import PixelObservation
 from farm_ar.game_logic.hand import HandState
 from farm_ar.game_logic.moment import Moment
 from farm_ar.scenes import Camera, Scene
@@ -71,18 +71,18 @@ def test_a_wrong_label_is_red_and_a_right_one_is_not(labels: bool):
     assert share_of(wrong, WRONG, 3) > 2 * share_of(right, WRONG, 3) + 0.001
 
 
-def test_a_belief_that_differs_from_the_truth_has_a_ghost_in_its_colour():
+def test_a_belief_that_differs_from_the_truth_has_an_outline_in_its_colour():
     moment = start()
     i = FARM.layout.index("cyan-hutch")
     position = FARM.layout.position.copy()
     position[i] += [0.4, -0.1]
     moved = replace(moment, believed=FARM.layout.with_poses(position, FARM.layout.yaw))
     drawer = TableFromAbove(FARM)
-    x, y = drawer.window.pixels(position[i] + np.array([-0.02, 0.01])).astype(int)
+    x, y = drawer.viewport.pixels(position[i] + np.array([-0.02, 0.01])).astype(int)
     cyan = label_colours(["cyan-hutch"])[0]
     without = drawer.draw(moved, labels=False, beliefs=False)[y, x].astype(int)
-    ghost = drawer.draw(moved, labels=False)[y, x].astype(int)
-    assert np.abs(ghost - cyan).sum() < np.abs(without - cyan).sum() - 40
+    outlined = drawer.draw(moved, labels=False)[y, x].astype(int)
+    assert np.abs(outlined - cyan).sum() < np.abs(without - cyan).sum() - 40
 
 
 def test_nothing_of_the_belief_is_seen_where_it_is_not_wanted():
@@ -111,7 +111,7 @@ def test_a_frozen_picture_is_blue_and_says_so_and_its_animals_stay():
     bluer = ice[table].astype(int)[..., 2] - play[table].astype(int)[..., 2]
     assert bluer.mean() > 20
     away = replace(frozen, hand=replace(HAND, position=np.array([0.15, 0.1])))
-    x, y = drawer.window.pixels(np.array([0.62, 0.2])).astype(int)
+    x, y = drawer.viewport.pixels(np.array([0.62, 0.2])).astype(int)
     near = np.s_[y - 30 : y + 30, x - 30 : x + 30]
     assert np.array_equal(ice[near], drawer.draw(away)[near])
     assert not np.array_equal(ice, drawer.draw(away))
@@ -122,7 +122,7 @@ def test_an_animal_is_drawn_in_its_labels_colour_where_it_is():
     goal = FARM.layout.index("magenta-hutch")
     animal = np.array([[0.62, 0.2]])
     one = replace(start(), animal=animal, animal_heading=np.array([1.0]), animal_goal=np.array([goal]))
-    x, y = drawer.window.pixels(animal[0]).astype(int)
+    x, y = drawer.viewport.pixels(animal[0]).astype(int)
     area = np.s_[y - 12 : y + 12, x - 12 : x + 12]
     magenta = label_colours(FARM.layout.labels)[goal]
     assert share_of(drawer.draw(one, labels=False)[area], magenta, 60) > 0.1
@@ -131,19 +131,19 @@ def test_an_animal_is_drawn_in_its_labels_colour_where_it_is():
 
 def test_what_is_in_view_is_lighter_than_what_is_not():
     drawer = TableFromAbove(FARM)
-    x, y = drawer.window.pixels(np.array([1.05, 0.12])).astype(int)
+    x, y = drawer.viewport.pixels(np.array([1.05, 0.12])).astype(int)
     facing = drawer.draw(start(camera=FACING_S4))[y - 4 : y + 4, x - 4 : x + 4]
     turned = drawer.draw(start(camera=FACING_S1))[y - 4 : y + 4, x - 4 : x + 4]
     assert facing.mean() > turned.mean() + 5
 
 
 @pytest.mark.parametrize("name", ["farm", "L1", "H1", "H2"])
-def test_plates_lie_in_the_picture_and_none_over_another(name: str):
+def test_labels_lie_in_the_picture_and_none_over_another(name: str):
     scene = builtin_scene(name)
     moment = start(scene, Camera(np.array(scene.size) / 2, 0.3))
     if name != "farm":
         moment = replace(moment, counts=None, misplaced=None)
-    box = TableFromAbove(scene).plates(moment).box
+    box = TableFromAbove(scene).label_placement(moment).box
     assert len(box) == scene.layout.movable.sum()
     for k, (left, top, right, bottom) in enumerate(box):
         assert left >= 0
@@ -155,12 +155,12 @@ def test_plates_lie_in_the_picture_and_none_over_another(name: str):
         assert np.all(apart | (others[:, 3] <= top))
 
 
-def test_plates_stay_where_they_are_while_counters_rise_and_buildings_are_moved():
+def test_labels_stay_where_they_are_while_counters_rise_and_buildings_are_moved():
     drawer, moment = TableFromAbove(FARM), replace(start(), counts=np.full(11, 8))
-    before = drawer.plates(moment).box
+    before = drawer.label_placement(moment).box
     truth = FARM.layout.with_poses(FARM.layout.position + 0.01, FARM.layout.yaw)
     later = replace(moment, counts=np.full(11, 12), truth=truth, phase="hand", hand=HAND)
-    assert np.array_equal(drawer.plates(later).box, before)
+    assert np.array_equal(drawer.label_placement(later).box, before)
 
 
 def test_a_hand_is_skin_coloured_and_comes_from_the_near_side():
@@ -168,7 +168,7 @@ def test_a_hand_is_skin_coloured_and_comes_from_the_near_side():
     with_hand = drawer.draw(replace(start(), phase="hand", hand=HAND), labels=False)
     without = drawer.draw(replace(start(), phase="hand"), labels=False)
     rows, columns = np.nonzero((with_hand != without).any(axis=-1))
-    x, y = drawer.window.pixels(HAND.position)
+    x, y = drawer.viewport.pixels(HAND.position)
     assert abs(np.median(columns) - x) < 12
     assert y - 45 < rows.min() < y
     assert rows.max() == 479
@@ -192,10 +192,12 @@ def test_the_small_picture_shows_belief_only_when_asked_to(name: str):
     moment = start(scene, Camera(np.array(scene.size) / 2, 0.3))
     elsewhere = scene.layout.with_poses(scene.layout.position[::-1], scene.layout.yaw)
     believing = replace(moment, believed=elsewhere)
-    small = drawer.draw_small(moment, beliefs=False)
+    small = drawer.draw_pixel_observation(moment, beliefs=False)
     assert small.shape == (96, width, 3)
-    assert np.array_equal(small, drawer.draw_small(believing, beliefs=False))
-    assert not np.array_equal(drawer.draw_small(moment, True), drawer.draw_small(believing, True))
+    assert np.array_equal(small, drawer.draw_pixel_observation(believing, beliefs=False))
+    assert not np.array_equal(
+        drawer.draw_pixel_observation(moment, True), drawer.draw_pixel_observation(believing, True)
+    )
 
 
 def test_the_small_picture_hides_which_label_a_building_has():
@@ -203,12 +205,12 @@ def test_the_small_picture_hides_which_label_a_building_has():
     order = np.arange(len(FARM.layout))
     order[[i, j]] = j, i
     truth = FARM.layout.with_poses(FARM.layout.position[order], FARM.layout.yaw[order])
-    drawer = SmallTable(FARM)
+    drawer = PixelObservation(FARM)
     assert np.array_equal(drawer.draw(start(), False), drawer.draw(replace(start(), truth=truth), False))
 
 
 def test_the_small_picture_shows_truth_heading_view_and_hand():
-    drawer, moment = SmallTable(FARM), start()
+    drawer, moment = PixelObservation(FARM), start()
     layout = FARM.layout
     changes = [
         replace(moment, truth=layout.with_poses(layout.position + 0.02, layout.yaw)),
@@ -222,14 +224,14 @@ def test_the_small_picture_shows_truth_heading_view_and_hand():
         assert not np.array_equal(first, drawer.draw(change, False))
 
 
-def test_plates_leave_the_names_of_sites_and_the_animals_before_the_sheds_door_in_sight():
+def test_labels_leave_the_names_of_sites_and_the_animals_before_the_sheds_door_in_sight():
     drawer = TableFromAbove(FARM)
-    box = drawer.plates(start()).box
+    box = drawer.label_placement(start()).box
     shed = FARM.layout.index("shed")
     before_door = FARM.layout.position[shed] - np.array([0.0, FARM.layout.size[shed, 2] / 2])
     kept_free = [before_door - np.array([0.0, ahead]) for ahead in (0.02, 0.08, 0.14)]
     kept_free += [np.array([site.x, site.z]) for site in FARM.sites if site.name in ("S1", "S4")]
-    for x, y in drawer.window.pixels(np.array(kept_free)):
+    for x, y in drawer.viewport.pixels(np.array(kept_free)):
         covered = (box[:, 0] <= x) & (x <= box[:, 2]) & (box[:, 1] <= y) & (y <= box[:, 3])
         assert not covered.any()
 
@@ -237,7 +239,7 @@ def test_plates_leave_the_names_of_sites_and_the_animals_before_the_sheds_door_i
 def test_the_name_of_the_site_on_which_the_player_stands_is_written_beside_the_head():
     drawer = TableFromAbove(FARM)
     away = replace(FACING_S1, position=FACING_S1.position + np.array([0.3, 0.0]))
-    x, y = drawer.window.pixels(np.array([0.60, -0.30])).astype(int)
+    x, y = drawer.viewport.pixels(np.array([0.60, -0.30])).astype(int)
     beside, at_site = np.s_[y - 22 : y - 6, x + 30 : x + 48], np.s_[y - 14 : y, x + 4 : x + 22]
     on_site, elsewhere = (drawer.draw(start(camera=camera), labels=False) for camera in (FACING_S1, away))
     assert (

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from farm_ar.drawing.game import creatures
+from farm_ar.drawing.game import animals
 from farm_ar.drawing.game.atlas import Atlas
 from farm_ar.drawing.game.overlays import tint_area
 from farm_ar.drawing.game.pixels import _mix, _mix_pixel, paste, paste_all, paste_in_space
@@ -24,7 +24,7 @@ def atlas_of(*arts, largest=1 << 20):
 
 
 def test_an_atlas_draws_what_its_drawings_one_by_one_would_be():
-    arts = [creatures.chicken(RED), creatures.bunny(BLUE)]
+    arts = [animals.chicken(RED), animals.bunny(BLUE)]
     atlas, numbers = atlas_of(*arts)
     places, yaws = np.array([(20.3, 30.8), (26.6, 31.1), (78.0, 2.0)]), np.array([0.3, -2.0, 1.0])
     one_by_one, at_once = meadow(), meadow()
@@ -36,7 +36,7 @@ def test_an_atlas_draws_what_its_drawings_one_by_one_would_be():
 
 
 def test_a_drawing_has_one_number_and_drawing_nothing_changes_nothing():
-    atlas, numbers = atlas_of(creatures.chicken(RED), creatures.chicken(BLUE), creatures.chicken(RED))
+    atlas, numbers = atlas_of(animals.chicken(RED), animals.chicken(BLUE), animals.chicken(RED))
     assert numbers[0] == numbers[2] != numbers[1]
     image = meadow()
     none = np.zeros(0, np.int64)
@@ -49,8 +49,8 @@ def test_a_drawing_has_one_number_and_drawing_nothing_changes_nothing():
 
 def test_an_atlas_that_has_forgotten_its_sprites_makes_them_again():
     rng = np.random.default_rng(0)
-    forgetful, numbers = atlas_of(creatures.chicken(RED), creatures.bunny(BLUE), largest=3000)
-    patient, _ = atlas_of(creatures.chicken(RED), creatures.bunny(BLUE))
+    forgetful, numbers = atlas_of(animals.chicken(RED), animals.bunny(BLUE), largest=3000)
+    patient, _ = atlas_of(animals.chicken(RED), animals.bunny(BLUE))
     for _ in range(30):
         art, place, yaw = rng.choice(numbers, 20), rng.uniform(0, 60, (20, 2)), rng.uniform(-3, 3, 20)
         images = [meadow(), meadow()]

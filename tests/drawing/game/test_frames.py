@@ -5,8 +5,8 @@ import pytest
 
 from farm_ar.drawing.game.frames import GameFrames
 from farm_ar.drawing.game.header import fitting
-from farm_ar.drawing.game.lettering import text_sprite, text_width
 from farm_ar.drawing.game.pixels import cover, mix_area, paste
+from farm_ar.drawing.game.text import text_sprite, text_width
 from farm_ar.errors import OptionError
 from farm_ar.game_logic.moment import Moment
 from farm_ar.scenes.builtin import FACING_S1, builtin_scene
@@ -91,7 +91,7 @@ def test_covering_keeps_a_part_and_adds_a_part(run):
 
 
 def test_words_can_be_written_without_the_outline_font_of_newer_opencv(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr("farm_ar.drawing.game.lettering._FONT", None)
+    monkeypatch.setattr("farm_ar.drawing.game.text._FONT", None)
     words = text_sprite("only in strokes", 12, (255, 0, 0))
     assert (words.pixels[..., 3] > 200).sum() > 50
     assert 60 < words.pixels.shape[1] < 160

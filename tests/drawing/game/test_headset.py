@@ -190,7 +190,7 @@ def test_labels_with_room_float_where_they_belong_and_glide_when_they_come_near(
     assert np.abs(np.diff(rows, axis=0)).max() < 2.5
 
 
-def test_an_object_that_is_not_where_it_is_believed_has_a_ghost_there_in_its_labels_colour():
+def test_an_object_that_is_not_where_it_is_believed_has_an_outline_there_in_its_labels_colour():
     drawer = HeadsetView(FARM)
     position = FARM.layout.position.copy()
     i = FARM.layout.index("cyan-hutch")
@@ -204,7 +204,7 @@ def test_an_object_that_is_not_where_it_is_believed_has_a_ghost_there_in_its_lab
     assert not has(drawer.draw(start())[area], cyan)
 
 
-def test_a_ghost_behind_the_eye_is_not_drawn():
+def test_an_outline_behind_the_eye_is_not_drawn():
     inside = Camera(np.array([0.6, 0.4]), 0.0, FACING_S1.fov, np.array(0.2))
     position = FARM.layout.position.copy()
     position[FARM.layout.index("cyan-hutch")] = [0.6, 0.1]

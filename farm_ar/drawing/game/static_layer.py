@@ -8,12 +8,12 @@ import numpy as np
 from farm_ar.arrays import FloatArray
 from farm_ar.drawing.game import ground
 from farm_ar.drawing.game.atlas import Atlas, paste_one_in_space
+from farm_ar.drawing.game.background import draw_table_edges, draw_table_shadow, draw_walls
 from farm_ar.drawing.game.building_solids import solid
 from farm_ar.drawing.game.colours import Image, category_colour
 from farm_ar.drawing.game.perspective import Block, solid_sprites, upright_places
 from farm_ar.drawing.game.pinhole import Pinhole
 from farm_ar.drawing.game.pixels import Distances
-from farm_ar.drawing.game.rooms import draw_table_edges, draw_table_shadow, draw_walls
 from farm_ar.drawing.game.scenery import Placed
 from farm_ar.drawing.game.sprites import Sprite
 from farm_ar.scenes import Camera, Layout, Scene
@@ -21,7 +21,7 @@ from farm_ar.scenes import Camera, Layout, Scene
 _TEXTURE_PX = 640
 
 
-class StandingThings:
+class StaticLayer:
     """Draws what stands still, with how far away each pixel is, and keeps the last picture.
 
     While neither the head nor a building moves, a picture is a copy of the one before.

@@ -13,7 +13,7 @@ _RIM_PX = 9
 
 
 @dataclass(frozen=True)
-class Window:
+class Viewport:
     """A picture's place on the plane, x to the right and z up the page.
 
     Args:
@@ -41,10 +41,10 @@ class Window:
         return point
 
 
-def window_on(
+def viewport_on(
     table: tuple[float, float], width: int, height: int, top: int = 0, near: float = 0.0, rim: bool = True
-) -> Window:
-    """The window that shows a table as large as fits.
+) -> Viewport:
+    """The viewport that shows a table as large as fits.
 
     Args:
         table: its width and depth, metres.
@@ -62,4 +62,4 @@ def window_on(
     base = top + room + slack / 2 + scale * table[1]
     if near:
         base -= slack / 2
-    return Window(width, height, float(scale), float(left), float(base))
+    return Viewport(width, height, float(scale), float(left), float(base))

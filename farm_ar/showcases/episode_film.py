@@ -1,4 +1,4 @@
-"""A film of a player at work: every move of the hand, every snapshot, and the play after it."""
+"""A film of an episode: every move of the hand, every snapshot, and the play after it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ STILL_S = 0.8
 """How long a picture stays: before the first move, after a step that is a whole visit, and at the end."""
 
 
-class Player(Protocol):
+class Policy(Protocol):
     """Anything that says what to do in an environment."""
 
     def act(self, env: FarmToTableEnv) -> Any:
@@ -30,15 +30,15 @@ class Watched(NamedTuple):
     wrong_labels: int
 
 
-def watch_episode(
-    env: FarmToTableEnv, player: Player, seed: int, caption: str = ""
+def film_episode(
+    env: FarmToTableEnv, policy: Policy, seed: int, caption: str = ""
 ) -> Generator[Image, None, Watched]:
     """The frames of an episode, (H, W, 3) bytes, 30 a second; and in the end its return and its wrong labels.
 
     Args:
         env: where it is played. Where the hand is steered, or without the game, there is one picture for each
             step, as long as the step takes, or `STILL_S`.
-        player: who plays.
+        policy: chooses the actions.
         seed: of the reset.
         caption: shown with every frame.
     """
@@ -58,7 +58,7 @@ def watch_episode(
     over, total, info = False, 0.0, dict[str, Any]()
     while not over:
         frames.clear()
-        _, reward, over, _, info = env.step(player.act(env))
+        _, reward, over, _, info = env.step(policy.act(env))
         total += reward
         if stepwise:
             show()

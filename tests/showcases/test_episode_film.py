@@ -1,23 +1,23 @@
-"""Films of players: every moment of a move is shown, and filming changes nothing."""
+"""Films of episodes: every moment of a move is shown, and filming changes nothing."""
 
 import numpy as np
 import pytest
 
 from farm_ar.agents.policies import RandomPolicy
 from farm_ar.envs import FarmToTableEnv
-from farm_ar.showcases import watching
-from farm_ar.showcases.watching import watch_episode
+from farm_ar.showcases import episode_film
+from farm_ar.showcases.episode_film import film_episode
 
 
 @pytest.fixture(autouse=True)
 def small(monkeypatch):
     """Draws small pictures, which are as many."""
-    monkeypatch.setattr(watching, "HEIGHT", 120)
+    monkeypatch.setattr(episode_film, "HEIGHT", 120)
 
 
 def film(**arguments):
     env = FarmToTableEnv(**arguments)
-    frames = list(watch_episode(env, RandomPolicy(np.random.default_rng(0)), seed=3))
+    frames = list(film_episode(env, RandomPolicy(np.random.default_rng(0)), seed=3))
     return env, frames
 
 
@@ -36,7 +36,7 @@ def test_a_film_ends_with_what_the_episode_came_to():
     told = []
 
     def show():
-        told.append((yield from watch_episode(watched, RandomPolicy(np.random.default_rng(0)), seed=3)))
+        told.append((yield from film_episode(watched, RandomPolicy(np.random.default_rng(0)), seed=3)))
 
     assert list(show())
     alone.reset(seed=3)

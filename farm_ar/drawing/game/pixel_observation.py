@@ -8,7 +8,7 @@ import numpy as np
 from farm_ar.arrays import FloatArray
 from farm_ar.drawing.game.colours import SKIN, VIEW, Colour, Image, category_colour, label_colours
 from farm_ar.drawing.game.sprites import SHIFT, fixed_point
-from farm_ar.drawing.game.window import window_on
+from farm_ar.drawing.game.viewport import viewport_on
 from farm_ar.game_logic.hand import HAND_RADIUS
 from farm_ar.game_logic.moment import Moment
 from farm_ar.geometry import footprint_corners, view_polygon
@@ -21,7 +21,7 @@ MARK: Colour = (24, 20, 18)
 _ARC_POINTS = 12
 
 
-class SmallTable:
+class PixelObservation:
     """Draws moments of a game without words: buildings by category, headings, view, hand, believed labels.
 
     The table fills the picture; equal moments give equal bytes.
@@ -34,10 +34,10 @@ class SmallTable:
     def __init__(self, scene: Scene, size: tuple[int, int] = (144, 96)) -> None:
         width, height = size
         self.scene, self.size = scene, size
-        self.window = window_on(scene.size, width, height, rim=False)
+        self.viewport = viewport_on(scene.size, width, height, rim=False)
         self._background = np.empty((height, width, 3), np.uint8)
         self._background[:] = FLOOR
-        corners = self.window.pixels(np.array([(0.0, 0.0), scene.size]))
+        corners = self.viewport.pixels(np.array([(0.0, 0.0), scene.size]))
         (left, bottom), (right, top) = np.rint(corners).astype(int).tolist()
         self._background[top:bottom, left:right] = TABLE
         categories = scene.layout.categories
@@ -57,8 +57,8 @@ class SmallTable:
         if beliefs:
             self._draw_beliefs(image, moment.believed)
         if moment.hand is not None:
-            x, y = self.window.pixels(moment.hand.position).tolist()
-            radius = HAND_RADIUS * self.window.scale * (1 << SHIFT)
+            x, y = self.viewport.pixels(moment.hand.position).tolist()
+            radius = HAND_RADIUS * self.viewport.scale * (1 << SHIFT)
             centre = fixed_point(np.array([x, y])).tolist()
             thickness = 1 if moment.hand.raised else -1
             cv2.circle(image, centre, round(radius), SKIN, thickness, cv2.LINE_AA, SHIFT)
@@ -68,7 +68,7 @@ class SmallTable:
         fov = camera.fov
         reach = min(fov.range_m, 4.0 * self.scene.diagonal)
         wedge = view_polygon(camera.position, float(camera.yaw), fov.left, fov.right, reach, _ARC_POINTS)
-        corners = [fixed_point(self.window.pixels(wedge))]
+        corners = [fixed_point(self.viewport.pixels(wedge))]
         cv2.polylines(image, corners, True, VIEW, 1, cv2.LINE_AA, SHIFT)
 
     def _draw_things(self, image: Image, layout: Layout) -> None:
@@ -76,17 +76,17 @@ class SmallTable:
         front, back = corners[:, :2].mean(axis=1), corners[:, 2:].mean(axis=1)
         side = 0.30 * (corners[:, 0] - corners[:, 1])
         base = front + 0.42 * (back - front)
-        marks = fixed_point(self.window.pixels(np.stack([front, base + side, base - side], axis=1)))
-        footprints = fixed_point(self.window.pixels(corners))
+        marks = fixed_point(self.viewport.pixels(np.stack([front, base + side, base - side], axis=1)))
+        footprints = fixed_point(self.viewport.pixels(corners))
         for i in _large_first(layout.size):
             cv2.fillConvexPoly(image, footprints[i], self._paint[i], cv2.LINE_AA, SHIFT)
             cv2.fillConvexPoly(image, marks[i], MARK, cv2.LINE_AA, SHIFT)
 
     def _draw_beliefs(self, image: Image, layout: Layout) -> None:
         corners = footprint_corners(layout.position, layout.yaw, layout.size)
-        ghosts = fixed_point(self.window.pixels(corners))
+        outlines = fixed_point(self.viewport.pixels(corners))
         for i in np.flatnonzero(layout.movable).tolist():
-            cv2.polylines(image, [ghosts[i]], True, self._colours[i], 1, cv2.LINE_AA, SHIFT)
+            cv2.polylines(image, [outlines[i]], True, self._colours[i], 1, cv2.LINE_AA, SHIFT)
 
 
 def _large_first(size: FloatArray) -> list[int]:

@@ -1,4 +1,4 @@
-"""The labels' plates: each in its label's colour, near what it names, none over another."""
+"""The labels' boxes: each in its label's colour, near what it names, none over another."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ import numpy as np
 
 from farm_ar.arrays import FloatArray
 from farm_ar.drawing.game.colours import PAPER, WRONG, Colour, Image, darker, legible_on
-from farm_ar.drawing.game.lettering import BOLD, text_sprite, text_width
 from farm_ar.drawing.game.pixels import Bytes, paste
 from farm_ar.drawing.game.sprites import Sprite
+from farm_ar.drawing.game.text import BOLD, text_sprite, text_width
 from farm_ar.drawing.labels import place_labels
 from farm_ar.game_logic.counters import label_text
 from farm_ar.game_logic.moment import Moment
 
 _GAP = 2
-"""Free pixels between plates."""
+"""Free pixels between boxes."""
 
 
 @dataclass(frozen=True, eq=False)
-class Plates:
-    """Where the plates of a moment stand.
+class LabelPlacement:
+    """Where the label boxes of a moment lie.
 
     Args:
-        index: (P,) the labels that have a plate.
-        box: (P, 4) left, top, right, bottom of each plate, pixels.
+        index: (P,) the labels that have a box.
+        box: (P, 4) left, top, right, bottom of each box, pixels.
         anchor: (P, 2) what each points at, pixels.
     """
 
@@ -36,15 +36,15 @@ class Plates:
     anchor: FloatArray
 
 
-def plate_text(moment: Moment, index: int) -> str:
-    """What stands on a label's plate: with its counter where there is one."""
+def box_text(moment: Moment, index: int) -> str:
+    """The text of a label's box: with its counter where there is one."""
     label, category = moment.believed.labels[index], moment.believed.category[index]
     return label if moment.counts is None else _written(label, category, int(moment.counts[index]))
 
 
-def room_for(moment: Moment, index: int, letter: int, beliefs: bool = True) -> tuple[int, int]:
-    """Width and height of a label's plate, pixels; with room for two digits, so that it seldom grows."""
-    text = plate_text(moment, index)
+def box_size(moment: Moment, index: int, letter: int, beliefs: bool = True) -> tuple[int, int]:
+    """Width and height of a label's box, pixels; with room for two digits, so that it seldom grows."""
+    text = box_text(moment, index)
     if moment.counts is not None and int(moment.counts[index]) < 10:
         text = text.replace(f"({int(moment.counts[index])})", "(00)")
     wrong = beliefs and bool(moment.wrong[index])
@@ -54,25 +54,25 @@ def room_for(moment: Moment, index: int, letter: int, beliefs: bool = True) -> t
 
 
 def _frame(letter: int, wrong: bool) -> int:
-    """Width of a plate's frame, pixels."""
+    """Width of a box's frame, pixels."""
     return max(2, round(letter / 4)) if wrong else 1
 
 
 def _flag(height: int) -> int:
-    """Width of the cross at the left end of a wrong plate, pixels."""
+    """Width of the cross at the left end of a wrong label's box, pixels."""
     return height - 8
 
 
-def arrange(
+def place_boxes(
     size: FloatArray, anchor: FloatArray, half: FloatArray, avoid: FloatArray, bounds: FloatArray
 ) -> FloatArray:
-    """Boxes for plates beside what they name, none over another while there is room.
+    """Boxes for labels beside what they name, none over another while there is room.
 
     Args:
         size: (P, 2) width and height of each, pixels.
         anchor: (P, 2) middles of what is named, pixels.
         half: (P, 2) half the width and height of the boxes around it, pixels.
-        avoid: (O, 4) left, top, right, bottom of what plates should not cover besides.
+        avoid: (O, 4) left, top, right, bottom of what labels should not cover besides.
         bounds: (4,) left, top, right, bottom of the room that there is.
 
     Returns:
@@ -91,10 +91,12 @@ def arrange(
     return np.hstack([corner, corner + size - _GAP])
 
 
-def draw_leaders(image: Image, plates: Plates, colours: list[Colour], unit: float) -> None:
-    """A line from each plate to what it names, ending in a dot of the label's colour."""
-    starts = np.rint(np.clip(plates.anchor, plates.box[:, :2] + 3, plates.box[:, 2:] - 3)).astype(int)
-    ends = np.rint(plates.anchor).astype(int)
+def draw_leaders(image: Image, placement: LabelPlacement, colours: list[Colour], unit: float) -> None:
+    """A line from each box to what it names, ending in a dot of the label's colour."""
+    starts = np.rint(np.clip(placement.anchor, placement.box[:, :2] + 3, placement.box[:, 2:] - 3)).astype(
+        int
+    )
+    ends = np.rint(placement.anchor).astype(int)
     for (x, y), (dx, dy), colour in zip(ends.tolist(), (starts - ends).tolist(), colours, strict=True):
         leader = _leader(dx, dy, colour, unit)
         paste(image, leader.pixels, x + leader.left, y + leader.top)
@@ -115,16 +117,18 @@ def _leader(dx: int, dy: int, colour: Colour, unit: float) -> Sprite:
     return Sprite(canvas, left, top)
 
 
-def draw_plate(image: Image, text: str, box: FloatArray, colour: Colour, letter: int, wrong: bool) -> None:
-    """One plate in its box; a wrong one has a red frame and a cross."""
+def draw_label_box(
+    image: Image, text: str, box: FloatArray, colour: Colour, letter: int, wrong: bool
+) -> None:
+    """One label in its box; a wrong one has a red frame and a cross."""
     left, top, right, bottom = (int(value) for value in box)
-    plate = _plate(text, right - left, bottom - top, colour, letter, wrong)
-    paste(image, plate, left, top)
+    drawn = _label_box(text, right - left, bottom - top, colour, letter, wrong)
+    paste(image, drawn, left, top)
 
 
 @lru_cache(maxsize=1024)
-def _plate(text: str, width: int, height: int, colour: Colour, letter: int, wrong: bool) -> Bytes:
-    """(height, width, 4) a plate."""
+def _label_box(text: str, width: int, height: int, colour: Colour, letter: int, wrong: bool) -> Bytes:
+    """(height, width, 4) a label box."""
     frame, flag = _frame(letter, wrong), _flag(height) if wrong else 0
     rim = WRONG if wrong else darker(colour, 0.55)
     canvas = np.zeros((height, width, 4), np.uint8)
@@ -156,7 +160,7 @@ def _rounded(canvas: Bytes, margin: int, value: tuple[int, ...], radius: int) ->
 
 
 def _cross(canvas: Bytes, frame: int, flag: int) -> None:
-    """A white cross on red at the left end of a plate."""
+    """A white cross on red at the left end of a label box."""
     height = canvas.shape[0]
     arm, x, y = max(2, height // 5 - 1), frame + flag // 2, height // 2
     cv2.rectangle(canvas, (frame, frame), (frame + flag, height - frame - 1), (*WRONG, 255), -1)

@@ -1,4 +1,4 @@
-"""Ghosts through the headset: boxes of glass where a label is believed and its object is not."""
+"""Beliefs through the headset: boxes of glass where a label is believed and its object is not."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _GLASS = 0.22
 _FARTHEST_PX = 4000.0
 
 
-def draw_ghosts(image: Image, moment: Moment, view: Pinhole, colours: tuple[Colour, ...]) -> None:
+def draw_belief_overlay(image: Image, moment: Moment, view: Pinhole, colours: tuple[Colour, ...]) -> None:
     """Outline every object that is not where its label is believed to be, in the label's colour, there.
 
     Args:
