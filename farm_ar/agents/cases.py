@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from farm_ar.agents.validity import Constraints
 from farm_ar.arrays import BoolArray, FloatArray
 from farm_ar.envs.generator import StartingLayouts, VisitCameras
 from farm_ar.game_logic.headset import field_of_view
@@ -61,6 +62,13 @@ class Case:
         corners = footprint_corners(self.layout.position, self.layout.yaw, self.layout.size)
         inside: BoolArray = np.all((corners >= 0) & (corners <= self.scene.size), axis=(1, 2))
         return inside
+
+    @cached_property
+    def constraints(self) -> Constraints:
+        """What perturbations have to keep to."""
+        layout, room = self.layout, np.array(self.scene.size, dtype=np.float64)
+        home, half = (layout.position, layout.yaw), layout.size / 2
+        return Constraints(*home, half, layout.fixed, self.keeps_clear, self.stays_inside, room)
 
     @cached_property
     def inner_radius(self) -> FloatArray:

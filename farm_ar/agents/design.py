@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from farm_ar.agents.attacks.validity import outside_by, overlap_depth
-from farm_ar.arrays import BoolArray, FloatArray, IntArray
+from farm_ar.agents.validity import outside_by, overlap_depth
+from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.errors import OptionError
 from farm_ar.geometry import wrap
 from farm_ar.kernels import compiled
@@ -124,11 +125,17 @@ def design(
         position, yaw = layout.position.copy(), layout.yaw.copy()
         position[movers] = rng.uniform(0.1, 0.9, (len(movers), 2)) * scene.size
         yaw[movers] = rng.uniform(-limit, limit, len(movers))
-        clear = _spread_out(
-            position, yaw, layout.size / 2, layout.category_code, movers, np.array(scene.size),
-            scene.cost_weights.translation / scene.diagonal, scene.cost_weights.rotation, limit,
-            rng.normal(size=(steps, 3)), rng.integers(len(movers), size=steps), layout.fixed,
-        )  # fmt: skip
+        things = Things(
+            layout.size / 2,
+            layout.category_code,
+            movers,
+            np.array(scene.size, dtype=np.float64),
+            scene.cost_weights.translation / scene.diagonal,
+            scene.cost_weights.rotation,
+            limit,
+        )
+        normals, picks = rng.normal(size=(steps, 3)), rng.integers(len(movers), size=steps)
+        clear = _spread_out(position, yaw, things, normals, picks)
         if clear:
             found = described(replace(scene, layout=layout.with_poses(position, yaw)))
             if best is None or found.radius > best.radius:
@@ -138,20 +145,34 @@ def design(
     return best
 
 
+class Things(NamedTuple):
+    """What is to be placed, and by what rules.
+
+    Args:
+        half: (N, 3) half sizes, metres.
+        category: (N,) numbers.
+        movers: (M,) the objects that may be moved.
+        size: (2,) of the room, metres.
+        way_weight: of metres, in cost.
+        turn_weight: of sin(turn / 2), in cost.
+        limit: headings are within this of 0, radians.
+    """
+
+    half: FloatArray
+    category: IntArray
+    movers: IntArray
+    size: FloatArray
+    way_weight: float
+    turn_weight: float
+    limit: float
+
+
 @compiled
 def _nearness(
-    i: int,
-    position: FloatArray,
-    yaw: FloatArray,
-    half: FloatArray,
-    category: IntArray,
-    size: FloatArray,
-    way_weight: float,
-    turn_weight: float,
-    sharpness: float,
+    i: int, position: FloatArray, yaw: FloatArray, things: Things, sharpness: float
 ) -> tuple[float, float]:
     """How near object i is to others of its kind, smoothly, and by how much it breaks the rules, metres."""
-    near = 0.0
+    near, half, size = 0.0, things.half, things.size
     x, z = position[i]
     broken = outside_by(x, z, yaw[i], half[i], size[0], size[1], True)
     for j in range(len(yaw)):
@@ -160,53 +181,41 @@ def _nearness(
         dx, dz = position[j, 0] - x, position[j, 1] - z
         depth = overlap_depth(dx, dz, yaw[i], yaw[j], half[i], half[j]) + GAP_M
         broken += max(0.0, depth)
-        if category[j] == category[i]:
-            apart = way_weight * np.sqrt(dx * dx + dz * dz)
-            apart += turn_weight * abs(np.sin((yaw[i] - yaw[j]) / 2))
+        if things.category[j] == things.category[i]:
+            apart = things.way_weight * np.sqrt(dx * dx + dz * dz)
+            apart += things.turn_weight * abs(np.sin((yaw[i] - yaw[j]) / 2))
             near += np.exp(-sharpness * apart)
     return near, broken
 
 
 @compiled
 def _spread_out(
-    position: FloatArray,
-    yaw: FloatArray,
-    half: FloatArray,
-    category: IntArray,
-    movers: IntArray,
-    size: FloatArray,
-    way_weight: float,
-    turn_weight: float,
-    limit: float,
-    normals: FloatArray,
-    picks: IntArray,
-    fixed: BoolArray,
+    position: FloatArray, yaw: FloatArray, things: Things, normals: FloatArray, picks: IntArray
 ) -> bool:
     """Move objects apart in place; whether all rules are kept in the end.
 
     One object at a time takes a random step, which stands if it is then less near to those of its kind. The
     nearest ones count ever more, and steps grow ever shorter, as the search goes on.
     """
+    size, limit = things.size, things.limit
     extent = np.sqrt(size[0] ** 2 + size[1] ** 2)
     for s in range(len(picks)):
         share = s / len(picks)
-        i = movers[picks[s]]
+        i = things.movers[picks[s]]
         sharpness = 10.0 * 30.0**share
         spread = 0.2 * 0.01**share
-        near, broken = _nearness(i, position, yaw, half, category, size, way_weight, turn_weight, sharpness)
+        near, broken = _nearness(i, position, yaw, things, sharpness)
         x, z, heading = position[i, 0], position[i, 1], yaw[i]
         position[i, 0] = min(max(x + spread * extent * normals[s, 0], 0.0), size[0])
         position[i, 1] = min(max(z + spread * extent * normals[s, 1], 0.0), size[1])
         yaw[i] = min(max(heading + 3 * spread * normals[s, 2], -limit), limit)
-        new_near, new_broken = _nearness(
-            i, position, yaw, half, category, size, way_weight, turn_weight, sharpness
-        )
+        new_near, new_broken = _nearness(i, position, yaw, things, sharpness)
         before = np.log(near + 1e-300) / sharpness + STEEPNESS * broken
         after = np.log(new_near + 1e-300) / sharpness + STEEPNESS * new_broken
         if after > before:
             position[i, 0], position[i, 1], yaw[i] = x, z, heading
-    for i in movers:
-        near, broken = _nearness(i, position, yaw, half, category, size, way_weight, turn_weight, 1.0)
+    for i in things.movers:
+        near, broken = _nearness(i, position, yaw, things, 1.0)
         # Objects may stand a little nearer than the gap asks for, but never in each other.
         if broken > GAP_M / 2:
             return False

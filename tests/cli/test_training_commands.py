@@ -194,7 +194,7 @@ def test_mistakes_are_one_line(mistake, train, tmp_path):
     (tmp_path / "empty").mkdir()
     assert mistake("evaluate", "empty").startswith(expected)
     unrehearsed = mistake("train", "x", "--arg", "visits=2")
-    assert "rehearsal (which --imitate 0 --rehearse 0 leave out)" in unrehearsed
+    assert "in the surrogate environment (which --imitate 0 --rehearse 0 leave out)" in unrehearsed
     train("one", "--rehearse", 0)
     assert mistake("evaluate", "one", "--beside", "clever").startswith("OptionError: beside: must be one of")
     wrong = mistake("evaluate", "one", "--arg", "action=displacement")

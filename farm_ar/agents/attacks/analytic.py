@@ -20,7 +20,7 @@ STEPS = 2500
 """Children in the search of each."""
 
 MARGINS = (1.0, 1.03, 1.1, 1.3, 1.6)
-"""How far a crafted displacement is carried on, for rules that need more than the paper's."""
+"""How far a crafted displacement is carried on, for methods that need more than the paper's."""
 
 
 class Analytic(Attack):

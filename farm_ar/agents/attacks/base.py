@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from farm_ar.agents.attacks.validity import are_valid
 from farm_ar.agents.cases import Case
 from farm_ar.agents.effort import efforts
+from farm_ar.agents.validity import are_valid
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.reid import Reidentifier
 from farm_ar.scenes import Scene, observe_many
@@ -94,11 +94,8 @@ class QueryOracle:
 
     def allowed(self, position: FloatArray, yaw: FloatArray) -> BoolArray:
         """(B,) which of B perturbations may be asked about, by positions (B, N, 2) and yaws (B, N)."""
-        case, layout = self.case, self.case.layout
-        valid = are_valid(
-            np.ascontiguousarray(position), np.ascontiguousarray(yaw), layout.position, layout.yaw,
-            layout.size, layout.fixed, case.keeps_clear, case.stays_inside, *case.scene.size,
-        )  # fmt: skip
+        poses = np.ascontiguousarray(position), np.ascontiguousarray(yaw)
+        valid = are_valid(*poses, self.case.constraints)
         within: BoolArray = valid & (self.effort(position, yaw) <= self.budget)
         return within
 

@@ -1,4 +1,4 @@
-"""How near the paper's rule is to an error, as a number that falls before anything is wrong; for searches."""
+"""How near the paper's method is to an error: a number that falls before anything is wrong; for searches."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Model(NamedTuple):
 
 
 def model_of(oracle: QueryOracle) -> Model:
-    """What the re-identifier is, if it is known; the paper's rule as its game uses it otherwise."""
+    """What the re-identifier is, if it is known; the paper's method as its game uses it otherwise."""
     reid = oracle.reid
     if isinstance(reid, NearestReid | LastKnownReid):
         apart = isinstance(reid, NearestReid) and reid.gate_categories
@@ -59,8 +59,8 @@ def stretch_of(case: Case, model: Model) -> FloatArray:
 def least_margins(oracle: QueryOracle, position: FloatArray, yaw: FloatArray) -> FloatArray:
     """(B,) the least by which giving a detection its own label beats giving it another; 0 when it does not.
 
-    By the paper's cost, kind by kind, which is arithmetic and no query: white-box for the paper's rule, and a
-    guess for any other.
+    By the paper's cost, kind by kind, which is arithmetic and no query: white-box for the paper's method, and
+    a guess for any other.
 
     Args:
         oracle: whose case and re-identifier.

@@ -10,7 +10,7 @@ from farm_ar.agents.attacks.displacements import search_objects
 
 
 class Greedy(Attack):
-    """Again and again the small displacement of one object that brings the rule nearest to an error.
+    """Again and again the small displacement of one object that brings the method nearest to an error.
 
     When something is wrong, it begins anew from the untouched table with other small displacements.
     """

@@ -1,4 +1,4 @@
-"""The minimal perturbation that makes one given error the better answer to the paper's rule."""
+"""The minimal perturbation that makes one given error the better answer to the paper's method."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from farm_ar.agents.attacks.cost_model import Model, stretch_of
-from farm_ar.agents.attacks.validity import outside_by, overlap_depth
 from farm_ar.agents.cases import Case
 from farm_ar.agents.certificates.regions import view_planes
+from farm_ar.agents.validity import outside_by, overlap_depth
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.kernels import compiled
 

@@ -27,7 +27,7 @@ EFFORT_SHARE = 0.5
 """What a unit of effort takes from that."""
 
 CARRIED_ON = (1.0, 1.05, 1.15, 1.3)
-"""How far a plan is carried on, for rules that need more than the paper's."""
+"""How far a plan is carried on, for methods that need more than the paper's."""
 
 DRAWN_BACK = 8
 """How many shorter ways are asked about at once while a plan is made cheaper."""

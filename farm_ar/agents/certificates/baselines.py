@@ -1,15 +1,41 @@
-"""Lower bounds for the rules that look at one detection at a time."""
+"""Lower bounds for the baselines that look at one detection at a time."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from farm_ar.agents.cases import Case
-from farm_ar.agents.certificates.bound import Bound
+from farm_ar.agents.certificates.base import Bound, Certificate
 from farm_ar.agents.certificates.nearest import advance_distance
 from farm_ar.agents.certificates.regions import distance_to, seen_polygon, seen_polygons
 from farm_ar.arrays import BoolArray
-from farm_ar.reid import LastKnownReid, NearestReid
+from farm_ar.reid import LastKnownReid, NearestReid, Reidentifier
+
+
+class NearestCertificate(Certificate):
+    """Every label can be taken by one object alone, when its place is the nearest."""
+
+    def covers(self, reid: Reidentifier) -> bool:
+        """Whether it is the nearest label's."""
+        return isinstance(reid, NearestReid)
+
+    def bound(self, case: Case, reid: Reidentifier) -> Bound:
+        """See `Certificate`."""
+        assert isinstance(reid, NearestReid)
+        return nearest_bound(case, reid)
+
+
+class LastKnownCertificate(Certificate):
+    """An object has to move by the tolerance, or to where another label is nearest, and to be in view."""
+
+    def covers(self, reid: Reidentifier) -> bool:
+        """Whether it is the last known place's."""
+        return isinstance(reid, LastKnownReid)
+
+    def bound(self, case: Case, reid: Reidentifier) -> Bound:
+        """See `Certificate`."""
+        assert isinstance(reid, LastKnownReid)
+        return last_known_bound(case, reid)
 
 
 def nearest_bound(case: Case, reid: NearestReid) -> Bound:

@@ -1,8 +1,8 @@
-"""The lower bound for the paper's rule: what every wrong answer takes.
+"""The lower bound for the paper's method: what every wrong answer takes.
 
-A case is broken when a detection gets a wrong label. What follows holds for the paper's rule with all labels
-for candidates, in any partial view, for objects that move and turn at will, in and out of view, as long as
-they stay in the room and out of each other's footprints.
+A case is broken when a detection gets a wrong label. What follows holds for the paper's method with all
+labels for candidates, in any partial view, for objects that move and turn at will, in and out of view, as
+long as they stay in the room and out of each other's footprints.
 
 Let x_i be what object i's own label then costs it. Where the answer is wrong, it differs from the right one
 by cycles (objects that hold each other's labels) and paths (whose last object holds the label of one that is
@@ -30,17 +30,31 @@ from typing import NamedTuple
 import numpy as np
 
 from farm_ar.agents.cases import Case
-from farm_ar.agents.certificates.bound import ROUNDING, Bound
+from farm_ar.agents.certificates.base import ROUNDING, Bound, Certificate
 from farm_ar.agents.certificates.nearest import detour
 from farm_ar.agents.certificates.regions import seen_polygons, way_out
 from farm_ar.agents.certificates.single import Mover, single_mover
 from farm_ar.arrays import BoolArray, FloatArray
 from farm_ar.geometry import wrap
-from farm_ar.reid import SpatialReid, dimension_cost
+from farm_ar.reid import Reidentifier, SpatialReid, dimension_cost
+
+
+class SpatialCertificate(Certificate):
+    """The theorems of this file, for the paper's method as long as all labels are candidates."""
+
+    def covers(self, reid: Reidentifier) -> bool:
+        """Whether it is the paper's method, its own `identify`, with options of which the theorems hold."""
+        own = isinstance(reid, SpatialReid) and type(reid).identify is SpatialReid.identify
+        return own and is_covered(reid)  # type: ignore[arg-type]
+
+    def bound(self, case: Case, reid: Reidentifier) -> Bound:
+        """See `Certificate`."""
+        assert isinstance(reid, SpatialReid)
+        return spatial_bound(case, reid)
 
 
 class Costs(NamedTuple):
-    """What the rule makes of a case as it stands.
+    """What the method makes of a case as it stands.
 
     Args:
         way: weight of |q - p| / l; 0 if it does not count.
@@ -78,7 +92,7 @@ def is_covered(reid: SpatialReid) -> bool:
 
 
 def spatial_bound(case: Case, reid: SpatialReid) -> Bound:
-    """The bound of a case under the paper's rule.
+    """The bound of a case under the paper's method.
 
     Args:
         case: the case.

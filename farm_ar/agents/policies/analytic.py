@@ -36,7 +36,7 @@ class Step(NamedTuple):
 
 
 def best_plan(env: FarmToTableEnv, beam: int) -> list[Step]:
-    """The plan after which the paper's rule would give most wrong labels, less the price of the effort.
+    """The plan after which the paper's method would give most wrong labels, less the price of the effort.
 
     Every object is moved once at most, over half of the way to the place of a label of its kind or farther
     (T3, T5), on a way that is clear, and within the budget.

@@ -27,7 +27,7 @@ GRAIN = 1e6
 def search(
     table: Table, eye: Eye, terms: Terms, allowed: Allowance, beam: int, steps: IntArray, worth: FloatArray
 ) -> int:
-    """The plan after which the paper's rule would give most wrong labels, less the price of the effort.
+    """The plan after which the paper's method would give most wrong labels, less the price of the effort.
 
     Plans grow step by step; of those of one length the most promising are kept.
 

@@ -1,4 +1,4 @@
-"""A policy that searches its moves by CMA-ES, on what the paper's rule would say of the table after them."""
+"""A policy that searches its moves by CMA-ES, on what the paper's method would make of them."""
 
 from __future__ import annotations
 

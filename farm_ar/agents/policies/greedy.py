@@ -20,7 +20,7 @@ AMBIGUITY_SHARE = 0.5
 
 
 class GreedyPolicy(Policy):
-    """The action whose outcome, if nothing is pushed, the paper's rule would handle worst (or best: sign -1).
+    """The action whose outcome, if nothing is pushed, the paper's method handles worst (or best: sign -1).
 
     Args:
         rng: where the randomness comes from.

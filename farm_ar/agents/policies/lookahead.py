@@ -1,4 +1,4 @@
-"""What a snapshot would say if the table stood otherwise: the paper's rule ahead of time, for many tables."""
+"""What a snapshot would say if the table stood otherwise, by the paper's method, for many tables."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Foreseen(NamedTuple):
 
 
 def foresee(env: FarmToTableEnv, position: FloatArray, yaw: FloatArray) -> Foreseen:
-    """What the paper's rule would make of B tables, of which each would be seen from the visit's camera.
+    """What the paper's method would make of B tables, of which each would be seen from the visit's camera.
 
     Args:
         env: an environment in an episode.

@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 
 from farm_ar.agents.attacks import Failure, QueryOracle, attack_named, wrong_labels
-from farm_ar.agents.attacks.validity import settle
 from farm_ar.agents.cases import Case, draw_case
 from farm_ar.agents.certificates import lower_bound
 from farm_ar.agents.effort import effort_of
 from farm_ar.agents.stress.impact import downstream_impact, realizable_effort
+from farm_ar.agents.validity import settle
 from farm_ar.arrays import FloatArray
 from farm_ar.envs.config import JITTERS
 from farm_ar.envs.generator import SPREADS, scene_of, unit_of
@@ -140,7 +140,7 @@ def run_stress(
 
 
 def _code_of(reids: Sequence[str], attack: str | None = None) -> str:
-    """The version of what a unit runs that is not farm-ar's: somebody's own rules, trained policies."""
+    """The version of what a unit runs beside farm-ar's: re-identifiers of one's own, trained policies."""
     parts = [code_version(reid) for reid in reids if reid not in REIDENTIFIERS]
     fingerprint = "" if attack is None else attack_named(attack).fingerprint
     return " ".join([*parts, fingerprint] if fingerprint else parts)
@@ -307,10 +307,7 @@ def _disturbed(case: Case, draws: int, rng: np.random.Generator) -> tuple[FloatA
     layout = case.layout
     drawn = random_noise(case.scene).disturb(layout, case.scene.size, rng, (draws,))
     position, yaw = drawn.position.copy(), drawn.yaw.copy()
-    settle(
-        position, yaw, layout.position, layout.yaw, layout.size,
-        case.keeps_clear, case.stays_inside, *case.scene.size,
-    )  # fmt: skip
+    settle(position, yaw, case.constraints)
     return position, yaw
 
 

@@ -95,10 +95,10 @@ class MaskableEvaluations(Evaluations, MaskableEvalCallback):
 
 
 class EndSurrogate(BaseCallback):
-    """Lets a learner go on in the environment itself when the rehearsal is over.
+    """Lets a learner go on in the environment itself when those in the surrogate are over.
 
     Args:
-        after: steps of the rehearsal.
+        after: steps in the surrogate environment.
         envs: where to go on.
     """
 
@@ -157,12 +157,12 @@ class Progress(BaseCallback):
 
     Args:
         total: steps.
-        rehearsed: the first of them, in a rehearsal.
+        surrogate: the first of them, in the surrogate environment.
     """
 
-    def __init__(self, total: int, rehearsed: int = 0) -> None:
+    def __init__(self, total: int, surrogate: int = 0) -> None:
         super().__init__()
-        self._total, self._rehearsed, self._mean = total, rehearsed, "-"
+        self._total, self._surrogate, self._mean = total, surrogate, "-"
         self._begun, self._over = False, threading.Event()
 
     def _on_training_start(self) -> None:
@@ -194,8 +194,8 @@ class Progress(BaseCallback):
     def _on_rollout_end(self) -> None:
         episodes: Any = self.model.ep_info_buffer
         self._mean = f"{np.mean([e['r'] for e in episodes]):.2f}" if episodes else "-"
-        if self.num_timesteps <= self._rehearsed:
-            self._mean += " in the rehearsal"
+        if self.num_timesteps <= self._surrogate:
+            self._mean += " in the surrogate environment"
         self._bar.update(self._row, mean=self._mean)
 
     def stop(self) -> None:

@@ -30,7 +30,7 @@ LEAST_LED = 0.5
 
 
 class ImitatingPPO(MaskablePPO):
-    """MaskablePPO whose first steps are in a rehearsal with a planner at its side, whose choices it learns.
+    """MaskablePPO that first learns the choices of a planner at its side, in a surrogate environment.
 
     At first the planner acts, by and by the learner itself in up to half of the steps, so that it is told
     what to do where it comes to by its own choices; and it remembers all that it was told (Ross, Gordon and
@@ -51,15 +51,15 @@ class ImitatingPPO(MaskablePPO):
 
     def collect_rollouts(self, *arguments: Any, **named: Any) -> bool:
         """A rollout, with the planner at the side of a learner that still imitates it."""
-        rehearsal = self.env
-        if isinstance(rehearsal, SurrogateEnv):
+        surrogate = self.env
+        if isinstance(surrogate, SurrogateEnv):
             left = 1.0 - self.num_timesteps / self.imitate["steps"] if self.imitate else 0.0
             led = LEAST_LED + (1.0 - LEAST_LED) * left
-            rehearsal.beam, rehearsal.led = (self.imitate["beam"], led) if left > 0.0 else (0, 0.0)
+            surrogate.beam, surrogate.led = (self.imitate["beam"], led) if left > 0.0 else (0, 0.0)
         goes_on = bool(super().collect_rollouts(*arguments, **named))
-        if isinstance(rehearsal, SurrogateEnv) and rehearsal.shown:
-            self._remember(rehearsal.shown)
-            rehearsal.shown = []
+        if isinstance(surrogate, SurrogateEnv) and surrogate.shown:
+            self._remember(surrogate.shown)
+            surrogate.shown = []
         return goes_on
 
     def train(self) -> None:

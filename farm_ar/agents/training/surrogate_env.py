@@ -1,4 +1,4 @@
-"""A rehearsal: many tables at a time, without physics, on which the most of the game is learnt quickly."""
+"""The surrogate environment: many tables at a time, without physics, for what can be learnt without it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from farm_ar.agents.policies.analytic import eye_of, terms_of
 from farm_ar.agents.policies.beam_search import search
 from farm_ar.agents.policies.plan_steps import SHARES, Allowance, Table
 from farm_ar.agents.training.demonstrations import CANDIDATES, Demonstration, demonstration
-from farm_ar.agents.training.surrogate_kernels import assess_all, carry_all
+from farm_ar.agents.training.surrogate_kernels import Bodies, assess_all, carry_all
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.envs import FarmToTableEnv
 from farm_ar.envs.actions import DisplacementAction, SlotAction
@@ -42,7 +42,7 @@ ONLY = {
     "head_noise_deg": 0.0,
     "game": True,
 }
-"""What can be rehearsed."""
+"""What it can stand for."""
 
 REWARDS = ("identity", "margin", "clutter")
 """The rewards that do not look at animals or endpoints."""
@@ -51,8 +51,8 @@ REWARDS = ("identity", "margin", "clutter")
 class SurrogateEnv(VecEnv):
     """`FarmToTable-v0` on many tables at once, with discs that push one another in place of physics.
 
-    Layouts, cameras, budget, observations, the rule and the rewards are the environment's own; only the ways
-    that objects take when they are pushed differ.
+    Layouts, cameras, budget, observations and rewards are the environment's own; the method is the paper's,
+    for objects of one size in each category. Only the ways that objects take when they are pushed differ.
 
     Args:
         count: how many tables.
@@ -65,28 +65,24 @@ class SurrogateEnv(VecEnv):
         shown: what it would have done.
 
     Raises:
-        OptionError: they ask for something that cannot be rehearsed.
+        OptionError: they ask for something that it cannot stand for.
     """
 
     def __init__(self, count: int, seed: int, **arguments: Any) -> None:
         self._chosen = option = EnvConfig(**arguments)
+        where = "in the surrogate environment (which --imitate 0 --rehearse 0 leave out)"
         for name, value in ONLY.items():
             if getattr(option, name) != value:
-                expected = f"must be {value} in a rehearsal (which --imitate 0 --rehearse 0 leave out)"
-                raise OptionError(name, expected, getattr(option, name))
+                raise OptionError(name, f"must be {value} {where}", getattr(option, name))
         if option.reward not in REWARDS:
-            expected = (
-                f"must be {', '.join(REWARDS)} in a rehearsal (which --imitate 0 --rehearse 0 leave out)"
-            )
-            raise OptionError("reward", expected, option.reward)
+            raise OptionError("reward", f"must be {', '.join(REWARDS)} {where}", option.reward)
         if option.action not in ("displacement", "slot"):
-            raise OptionError("action", "must be displacement or slot in a rehearsal", option.action)
+            raise OptionError("action", f"must be displacement or slot {where}", option.action)
         self._scene = scene = scene_of(option.scene, True)
         for category in scene.layout.categories:
             sizes = scene.layout.size[np.array(scene.layout.category) == category]
             if np.any(sizes != sizes[0]):  # the method's costs would depend on them
-                expected = "must hold objects of one size in each category in a rehearsal"
-                expected += " (which --imitate 0 --rehearse 0 leave out)"
+                expected = f"must hold objects of one size in each category {where}"
                 raise OptionError("scene", expected, f"{category} of several sizes")
         env = FarmToTableEnv(**arguments)
         super().__init__(count, env.observation_space, env.action_space)
@@ -136,9 +132,8 @@ class SurrogateEnv(VecEnv):
         shift *= _share(self._left[:, 0], metres)[:, None]
         turn *= _share(self._left[:, 1], radians)
         moved = np.empty((self.num_envs, 2))
-        carried, size = np.where(idle, -1, which), np.asarray(self._scene.size)
-        poses, fixed, half = (self._position, self._yaw), self._fixed, self._half
-        carry_all(carried, shift, turn, *poses, self._radius, fixed, half, size, moved)
+        carried, poses = np.where(idle, -1, which), (self._position, self._yaw)
+        carry_all(carried, shift, turn, *poses, self._bodies, moved)
         self._left = np.maximum(self._left - moved, 0.0)
         self._moves -= 1
         self._look()
@@ -231,8 +226,9 @@ class SurrogateEnv(VecEnv):
         self._movable = int((~self._fixed).sum())
         self._starts = np.flatnonzero(np.diff(code, prepend=-1, append=-1))
         self._widest = int(np.diff(self._starts).max())
-        self._half = layout.size[order][:, [0, 2]] / 2
-        self._radius = DISC * self._half.mean(axis=1)
+        half = layout.size[order][:, [0, 2]] / 2
+        size = np.array(self._scene.size, dtype=np.float64)
+        self._bodies = Bodies(DISC * half.mean(axis=1), self._fixed, half, size)
         self._template = Layout(
             tuple(str(i) for i in order),
             tuple(layout.category[i] for i in order),
@@ -261,7 +257,7 @@ class SurrogateEnv(VecEnv):
         return shift, turn
 
     def _look(self) -> None:
-        """What the camera sees, and what the rule would say."""
+        """What the camera sees, and what the method would say."""
         yaw, pitch, height = self._gaze
         cameras = Camera(self._eye, yaw, self._cameras.fov, height, pitch)
         self._seen = visible(self._template.with_poses(self._position, self._yaw), cameras)

@@ -1,6 +1,8 @@
-"""Compiled kernels of the rehearsal: carrying on many tables without physics, and what the rule would say."""
+"""Compiled kernels of the surrogate environment: moves on many tables, and the answers of the method."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,6 +20,22 @@ ROUNDS = 4
 """How often what was pushed may push on; where there is no room then, the hand is held up."""
 
 
+class Bodies(NamedTuple):
+    """M objects, discs that push one another, and fixed boxes, on a table.
+
+    Args:
+        radius: (M,) of the discs, metres.
+        fixed: (M,) objects that nothing moves.
+        half: (M, 2) half width and half depth, metres.
+        size: (2,) of the table, metres.
+    """
+
+    radius: FloatArray
+    fixed: BoolArray
+    half: FloatArray
+    size: FloatArray
+
+
 @compiled
 def carry_all(
     which: IntArray,
@@ -25,10 +43,7 @@ def carry_all(
     turn: FloatArray,
     position: FloatArray,
     yaw: FloatArray,
-    radius: FloatArray,
-    fixed: BoolArray,
-    half: FloatArray,
-    size: FloatArray,
+    bodies: Bodies,
     moved: FloatArray,
 ) -> None:
     """Carry one object on each of B tables; what is in its way is pushed along, as discs push one another.
@@ -39,12 +54,10 @@ def carry_all(
         turn: (B,) radians.
         position: (B, M, 2) metres; changed in place.
         yaw: (B, M) radians; changed in place.
-        radius: (M,) of the discs, metres.
-        fixed: (M,) objects that nothing moves.
-        half: (M, 2) half width and half depth, metres.
-        size: (2,) of the table, metres.
+        bodies: what the objects are.
         moved: (B, 2) filled with the metres and radians of all objects together.
     """
+    radius, size = bodies.radius, bodies.size
     for b in range(len(which)):
         moved[b] = 0.0
         i = which[b]
@@ -60,7 +73,7 @@ def carry_all(
             place[i, 0] = begin_x + (goal_x - begin_x) * step / steps
             place[i, 1] = begin_z + (goal_z - begin_z) * step / steps
             stride_x, stride_z = (goal_x - begin_x) / steps, (goal_z - begin_z) / steps
-            if not _make_room(place, yaw[b], i, stride_x, stride_z, radius, fixed, half, size):
+            if not _make_room(place, yaw[b], i, stride_x, stride_z, bodies):
                 place[:] = earlier
                 break
         yaw[b, i] = (yaw[b, i] + turn[b] + np.pi) % (2 * np.pi) - np.pi
@@ -74,17 +87,10 @@ def carry_all(
 
 @compiled
 def _make_room(
-    place: FloatArray,
-    yaw: FloatArray,
-    carried: int,
-    stride_x: float,
-    stride_z: float,
-    radius: FloatArray,
-    fixed: BoolArray,
-    half: FloatArray,
-    size: FloatArray,
+    place: FloatArray, yaw: FloatArray, carried: int, stride_x: float, stride_z: float, bodies: Bodies
 ) -> bool:
     """Push what the carried object overlaps, and what that overlaps; False where it cannot go on."""
+    radius, fixed, half, size = bodies.radius, bodies.fixed, bodies.half, bodies.size
     n = len(radius)
     pushing = np.zeros(n, dtype=np.bool_)
     pushing[carried] = True
@@ -163,7 +169,7 @@ def assess_all(
     margin: FloatArray,
     wrong: IntArray,
 ) -> None:
-    """What the paper's rule would say of B tables on which M objects stand kind by kind.
+    """What the paper's method would say of B tables on which M objects stand kind by kind.
 
     Args:
         position: (B, M, 2) metres.

@@ -99,6 +99,22 @@ def test_every_attack_ends_where_next_to_nothing_can_be_moved(name, inside):
     assert oracle.asked <= 50
 
 
+def test_patience_ends_with_displacements_refused_in_a_row_not_in_all():
+    oracle = trial_of(queries=10**6)
+    layout = oracle.case.layout
+    outside = np.tile(layout.position + 10.0, (3000, 1, 1)), np.tile(layout.yaw, (3000, 1))
+    still = layout.position[None], layout.yaw[None]
+    for _ in range(4):
+        oracle.query(*outside)
+        assert oracle.left > 0
+        oracle.query(*still)
+    assert not oracle.stuck
+    oracle.query(*outside)
+    oracle.query(*outside)
+    assert oracle.stuck
+    assert oracle.left == 0
+
+
 def test_one_attack_that_could_move_nothing_does_not_end_the_ladder():
     oracle = trial_of(queries=400)
     oracle.refused = 10**9

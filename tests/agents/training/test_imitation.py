@@ -7,7 +7,7 @@ import pytest
 import torch
 
 from farm_ar.agents.policies import AnalyticPolicy
-from farm_ar.agents.training.demonstrations import Demonstrations
+from farm_ar.agents.training.demonstrations import Demonstrations, demonstration
 from farm_ar.agents.training.imitation import ImitatingPPO, _errors, mirrored
 from farm_ar.agents.training.object_policy import SENSES, ObjectPolicy
 from farm_ar.agents.training.run_folder import RunFolder
@@ -21,53 +21,53 @@ QUICK = {"play_seconds": 0.0, "animals_a_second": 0.0}
 IMITATE = {"steps": 64, "beam": 2, "batches": 4, "learning_rate": 0.003}
 
 
-def seen_by(rehearsal, beam=8):
-    """What is on the tables of a rehearsal, and what a planner would do."""
-    shown = rehearsal.demonstrate(beam)
-    count = rehearsal.num_envs
+def seen_by(surrogate, beam=8):
+    """What is on the tables of a surrogate environment, and what a planner would do."""
+    shown = surrogate.demonstrate(beam)
+    count = surrogate.num_envs
     return {
-        **rehearsal._observation(),
-        "masks": rehearsal.action_masks(),
+        **surrogate._observation(),
+        "masks": surrogate.action_masks(),
         "actions": shown.actions,
         "worth": shown.worth,
         "returns": np.zeros(count, dtype=np.float32),
     }
 
 
-def in_a_mirror(rehearsal):
+def in_a_mirror(surrogate):
     """The same tables with left and right exchanged."""
-    rehearsal._position[..., 0] = rehearsal._scene.size[0] - rehearsal._position[..., 0]
-    rehearsal._home[..., 0] = rehearsal._scene.size[0] - rehearsal._home[..., 0]
-    rehearsal._eye[:, 0] = rehearsal._scene.size[0] - rehearsal._eye[:, 0]
-    rehearsal._yaw *= -1
-    rehearsal._facing *= -1
-    rehearsal._gaze[0] *= -1
-    rehearsal._look()
+    surrogate._position[..., 0] = surrogate._scene.size[0] - surrogate._position[..., 0]
+    surrogate._home[..., 0] = surrogate._scene.size[0] - surrogate._home[..., 0]
+    surrogate._eye[:, 0] = surrogate._scene.size[0] - surrogate._eye[:, 0]
+    surrogate._yaw *= -1
+    surrogate._facing *= -1
+    surrogate._gaze[0] *= -1
+    surrogate._look()
 
 
 @pytest.mark.parametrize("action", ["slot", "displacement"])
 def test_a_planner_shows_what_the_analytic_player_does(action):
-    rehearsal = SurrogateEnv(1, 0, action=action)
+    surrogate = SurrogateEnv(1, 0, action=action)
     env = FarmToTableEnv(action=action, **QUICK)
     player = AnalyticPolicy(beam=8)
     for _ in range(3):
-        rehearsal.reset()
-        start = {"layout": rehearsal._template.with_poses(rehearsal._position[0], rehearsal._yaw[0])}
+        surrogate.reset()
+        start = {"layout": surrogate._template.with_poses(surrogate._position[0], surrogate._yaw[0])}
         order = np.argsort([int(label) for label in start["layout"].labels])
-        scene = rehearsal._scene.layout
-        start["layout"] = scene.with_poses(rehearsal._position[0][order], rehearsal._yaw[0][order])
-        yaw, pitch, height = rehearsal._gaze[:, 0]
-        start["camera"] = {"position": rehearsal._eye[0], "yaw": yaw, "pitch": pitch, "height": height}
+        scene = surrogate._scene.layout
+        start["layout"] = scene.with_poses(surrogate._position[0][order], surrogate._yaw[0][order])
+        yaw, pitch, height = surrogate._gaze[:, 0]
+        start["camera"] = {"position": surrogate._eye[0], "yaw": yaw, "pitch": pitch, "height": height}
         env.reset(seed=0, options=start)
-        shown = rehearsal.demonstrate(8)
+        shown = surrogate.demonstrate(8)
         best = shown.actions[0][shown.worth[0] == 1.0]
         assert player.act(env).tolist() in best.tolist()
 
 
 def test_what_is_shown_twice_counts_once():
-    rehearsal = SurrogateEnv(64, 0, action="displacement")
-    rehearsal.reset()
-    shown = rehearsal.demonstrate(8)
+    surrogate = SurrogateEnv(64, 0, action="displacement")
+    surrogate.reset()
+    shown = surrogate.demonstrate(8)
     several = 0
     for actions, worth in zip(shown.actions.tolist(), shown.worth, strict=True):
         counted = [tuple(action) for action, value in zip(actions, worth, strict=True) if value > 0]
@@ -76,40 +76,50 @@ def test_what_is_shown_twice_counts_once():
     assert several > 32
 
 
+def test_a_step_that_gains_a_useless_move_less_is_worth_e_times_less():
+    """The gain of .005 is less than what the effort of a move costs that changes no label."""
+    actions = np.array([[[0, 1, 2], [1, 0, 0], [2, 2, 2]]])
+    shown = demonstration(actions, np.array([[1.0, 0.995, 0.98]]), 10)
+    assert shown.actions[0, :3].tolist() == actions[0].tolist()
+    assert shown.worth[0, :3] == pytest.approx([1.0, np.exp(-1), np.exp(-4)])
+    assert shown.actions[0, -1].tolist() == [10, 0, 0]
+    assert shown.worth[0, -1] == pytest.approx(np.exp(-200))
+
+
 def test_where_few_steps_are_possible_the_rest_is_to_leave():
     farm = builtin_scene("farm")
     kinds = farm.layout.category_code
     few = [i for i in range(len(kinds)) if farm.layout.fixed[i] or np.sum(kinds[:i] == kinds[i]) < 2]
     scene = dataclasses.replace(farm, layout=farm.layout.subset(few))
-    rehearsal = SurrogateEnv(16, 0, action="slot", scene=scene)
-    rehearsal.reset()
-    shown = rehearsal.demonstrate(8)
-    assert np.all(shown.actions < rehearsal.action_space.nvec)
+    surrogate = SurrogateEnv(16, 0, action="slot", scene=scene)
+    surrogate.reset()
+    shown = surrogate.demonstrate(8)
+    assert np.all(shown.actions < surrogate.action_space.nvec)
     assert np.all(shown.worth[shown.actions[..., 0] == len(few) - 1] >= 0)
-    spaces = rehearsal.observation_space, rehearsal.action_space
+    spaces = surrogate.observation_space, surrogate.action_space
     policy = ObjectPolicy(*spaces, lambda _: 1e-3, width=16, pair_width=8, rounds=1)
-    assert torch.isfinite(_errors(policy, seen_by(rehearsal))[0])
+    assert torch.isfinite(_errors(policy, seen_by(surrogate))[0])
 
 
 def test_where_no_plan_is_worth_its_effort_it_leaves():
-    rehearsal = SurrogateEnv(2, 0, action="slot", effort_weight=100.0)
-    rehearsal.reset()
-    shown = rehearsal.demonstrate(2)
+    surrogate = SurrogateEnv(2, 0, action="slot", effort_weight=100.0)
+    surrogate.reset()
+    shown = surrogate.demonstrate(2)
     best = np.argmax(shown.worth, axis=1)
     assert shown.actions[[0, 1], best].tolist() == [[10, 0, 0]] * 2
 
 
 @pytest.mark.parametrize("action", ["slot", "displacement"])
 def test_the_mirror_shows_what_the_planner_would_do_on_the_mirrored_table(action):
-    rehearsal = SurrogateEnv(16, 0, action=action)
-    rehearsal.reset()
-    before = seen_by(rehearsal, 64)
-    in_a_mirror(rehearsal)
-    after = seen_by(rehearsal, 64)
+    surrogate = SurrogateEnv(16, 0, action=action)
+    surrogate.reset()
+    before = seen_by(surrogate, 64)
+    in_a_mirror(surrogate)
+    after = seen_by(surrogate, 64)
     every = type("Always", (), {"random": staticmethod(lambda n: np.zeros(n))})()
     senses = SENSES if action == "displacement" else ()
-    found = mirrored(before, every, rehearsal.action_space.nvec, senses)
-    for name in rehearsal.observation_space.spaces:
+    found = mirrored(before, every, surrogate.action_space.nvec, senses)
+    for name in surrogate.observation_space.spaces:
         assert found[name] == pytest.approx(after[name], abs=1e-5), name
     ours, theirs = (
         [{tuple(a) for a, w in zip(*pair, strict=True) if w > 0.999} for pair in zip(*both, strict=True)]
@@ -120,10 +130,10 @@ def test_the_mirror_shows_what_the_planner_would_do_on_the_mirrored_table(action
 
 
 def test_half_of_the_moments_are_left_as_they_are():
-    rehearsal = SurrogateEnv(64, 0, action="displacement")
-    rehearsal.reset()
-    before = seen_by(rehearsal)
-    found = mirrored(before, np.random.default_rng(0), rehearsal.action_space.nvec, SENSES)
+    surrogate = SurrogateEnv(64, 0, action="displacement")
+    surrogate.reset()
+    before = seen_by(surrogate)
+    found = mirrored(before, np.random.default_rng(0), surrogate.action_space.nvec, SENSES)
     same = np.all(found["position"] == before["position"], axis=1)
     assert 16 < same.sum() < 48
     assert np.array_equal(found["actions"][same], before["actions"][same])
@@ -132,15 +142,15 @@ def test_half_of_the_moments_are_left_as_they_are():
 
 @pytest.mark.parametrize("action", ["slot", "displacement"])
 def test_the_planner_leads_as_often_as_it_is_asked(action):
-    rehearsal = SurrogateEnv(64, 0, action=action)
-    rehearsal.reset()
-    leave = np.zeros((64, len(rehearsal.action_space.nvec)), dtype=np.int64)
+    surrogate = SurrogateEnv(64, 0, action=action)
+    surrogate.reset()
+    leave = np.zeros((64, len(surrogate.action_space.nvec)), dtype=np.int64)
     leave[:, 0] = 10
     for led, low, high in ((0.0, 0, 0), (0.5, 20, 44), (1.0, 60, 64)):
-        rehearsal.beam, rehearsal.led = 2, led
-        rehearsal.step_async(leave)
-        assert low <= np.sum(rehearsal._actions[:, 0] != 10) <= high
-    assert len(rehearsal.shown) == 3
+        surrogate.beam, surrogate.led = 2, led
+        surrogate.step_async(leave)
+        assert low <= np.sum(surrogate._actions[:, 0] != 10) <= high
+    assert len(surrogate.shown) == 3
     assert np.all(leave[:, 0] == 10)
 
 
@@ -158,9 +168,9 @@ def test_the_planner_acts_less_and_less_but_half_of_the_time_to_the_end(tiny, tm
 
 
 def test_values_learnt_apart_change_no_choice():
-    rehearsal = SurrogateEnv(4, 0, action="slot")
-    seen = {name: torch.as_tensor(values) for name, values in rehearsal.reset().items()}
-    spaces = rehearsal.observation_space, rehearsal.action_space
+    surrogate = SurrogateEnv(4, 0, action="slot")
+    seen = {name: torch.as_tensor(values) for name, values in surrogate.reset().items()}
+    spaces = surrogate.observation_space, surrogate.action_space
     for apart in (False, True):
         policy = ObjectPolicy(*spaces, lambda _: 1e-3, width=16, pair_width=8, rounds=1)
         policy.network(seen, apart).value.sum().backward()
@@ -170,10 +180,10 @@ def test_values_learnt_apart_change_no_choice():
 
 @pytest.mark.parametrize("action", ["slot", "displacement"])
 def test_what_is_shown_becomes_likelier(action):
-    rehearsal = SurrogateEnv(32, 0, action=action)
+    surrogate = SurrogateEnv(32, 0, action=action)
     model = ImitatingPPO(
         ObjectPolicy,
-        rehearsal,
+        surrogate,
         n_steps=2,
         batch_size=64,
         seed=0,
@@ -190,18 +200,18 @@ def test_what_is_shown_becomes_likelier(action):
     assert model.policy.optimizer.param_groups[0]["lr"] == model.learning_rate
     assert _errors(model.policy, unknown)[0].item() < before - 0.2
     assert len(model.demonstrations) == 0
-    assert rehearsal.shown == []
+    assert surrogate.shown == []
     model.learn(64, reset_num_timesteps=False)
-    assert rehearsal.beam == 0
+    assert surrogate.beam == 0
 
 
 def test_many_actions_have_the_probabilities_of_each():
     for action in ("slot", "displacement"):
-        rehearsal = SurrogateEnv(8, 0, action=action)
-        rehearsal.reset()
-        moments = seen_by(rehearsal)
+        surrogate = SurrogateEnv(8, 0, action=action)
+        surrogate.reset()
+        moments = seen_by(surrogate)
         torch.manual_seed(0)
-        spaces = rehearsal.observation_space, rehearsal.action_space
+        spaces = surrogate.observation_space, surrogate.action_space
         policy = ObjectPolicy(*spaces, lambda _: 1e-3, width=16, pair_width=8, rounds=1)
         seen = {name: torch.as_tensor(moments[name]) for name in spaces[0].spaces}
         distribution, _ = policy.outlook(seen, moments["masks"])
@@ -246,7 +256,7 @@ def test_a_run_that_was_interrupted_while_it_imitated_knows_what_it_was_shown(ti
     [
         ({"policy": "MultiInputPolicy", "policy_kwargs": {}}, "imitate: must be 0 but for maskable-ppo"),
         ({"env_kwargs": {**QUICK, "sign": -1}}, "imitate: must be 0 for a helper"),
-        ({"env_kwargs": {**QUICK, "visits": 2}}, "visits: must be 1 in a rehearsal"),
+        ({"env_kwargs": {**QUICK, "visits": 2}}, "visits: must be 1 in the surrogate environment"),
     ],
 )
 def test_what_cannot_be_shown_is_seen_before(tiny, tmp_path, values, message):

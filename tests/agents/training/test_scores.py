@@ -52,6 +52,14 @@ def test_resamples_in_which_random_is_the_best_say_nothing():
     assert 0.5 <= found.low <= found.high <= 1.0
 
 
+def test_random_and_best_are_resampled_with_the_runs(rng):
+    """A policy that is the best in every episode has the score 1 in every resample, one like chance 0."""
+    random, best = rng.normal(0, 3, 40), rng.normal(0, 3, 40) + 10
+    for runs, value in ((best, 1.0), (random, 0.0), ((random + 3 * best) / 4, 0.75)):
+        found = score(np.array([runs] * 3), random, best, np.random.default_rng(0))
+        assert (found.value, found.low, found.high) == pytest.approx((value, value, value))
+
+
 def test_the_same_seed_draws_the_same_interval(rng):
     runs, random, best = rng.normal(2, 1, (5, 20)), rng.normal(0, 1, 20), rng.normal(4, 1, 20)
     first = score(runs, random, best, np.random.default_rng(1))

@@ -1,4 +1,4 @@
-"""The rehearsal: it shows what the environment shows, and differs in what is pushed only."""
+"""The surrogate environment: it shows what the environment shows, and differs in what is pushed only."""
 
 import copy
 from dataclasses import replace
@@ -9,7 +9,7 @@ from sb3_contrib import MaskablePPO
 
 from farm_ar.agents.training.object_policy import ObjectPolicy
 from farm_ar.agents.training.surrogate_env import SurrogateEnv
-from farm_ar.agents.training.surrogate_kernels import assess_all, carry_all
+from farm_ar.agents.training.surrogate_kernels import Bodies, assess_all, carry_all
 from farm_ar.envs import FarmToTableEnv
 from farm_ar.errors import OptionError
 from farm_ar.scenes import builtin_scene
@@ -18,19 +18,19 @@ QUICK = {"play_seconds": 0.0, "animals_a_second": 0.0}
 
 
 def both(action, **arguments):
-    """A rehearsal on one table, and the environment in the same situation."""
-    rehearsal = SurrogateEnv(1, 0, action=action, **arguments)
-    rng = copy.deepcopy(rehearsal._rng)
-    shown = rehearsal.reset()
+    """A surrogate environment on one table, and the environment in the same situation."""
+    surrogate = SurrogateEnv(1, 0, action=action, **arguments)
+    rng = copy.deepcopy(surrogate._rng)
+    shown = surrogate.reset()
     env = FarmToTableEnv(action=action, **QUICK, **arguments)
-    start = {"layout": rehearsal._layouts.draw(rng), "camera": rehearsal._cameras.draw(rng)}
+    start = {"layout": surrogate._layouts.draw(rng), "camera": surrogate._cameras.draw(rng)}
     observation, _ = env.reset(seed=0, options=start)
-    return rehearsal, shown, env, observation
+    return surrogate, shown, env, observation
 
 
-def step(rehearsal, *action):
-    rehearsal.step_async(np.array([action]))
-    return rehearsal.step_wait()
+def step(surrogate, *action):
+    surrogate.step_async(np.array([action]))
+    return surrogate.step_wait()
 
 
 def untouched(env, index):
@@ -43,13 +43,13 @@ def untouched(env, index):
 @pytest.mark.parametrize("action", ["slot", "displacement"])
 @pytest.mark.parametrize("jitter", ["easy", "default", "hard"])
 def test_it_shows_what_the_environment_shows(action, jitter):
-    rehearsal, shown, env, observation = both(action, jitter=jitter)
-    assert rehearsal.observation_space == env.observation_space
+    surrogate, shown, env, observation = both(action, jitter=jitter)
+    assert surrogate.observation_space == env.observation_space
     assert shown.keys() == observation.keys()
     for name, values in observation.items():
         assert shown[name].dtype == values.dtype
         assert shown[name][0] == pytest.approx(values, abs=1e-6), name
-    assert np.array_equal(rehearsal.env_method("action_masks")[0], env.action_masks())
+    assert np.array_equal(surrogate.env_method("action_masks")[0], env.action_masks())
 
 
 @pytest.mark.parametrize(
@@ -58,11 +58,11 @@ def test_it_shows_what_the_environment_shows(action, jitter):
 def test_where_nothing_is_in_the_way_a_move_does_what_the_hand_does(reward):
     found = 0
     for budget in (0.1, 0.2, 0.3, 0.4):
-        rehearsal, _, env, _ = both("displacement", jitter="hard", budget_m=budget, moves=2, **reward)
+        surrogate, _, env, _ = both("displacement", jitter="hard", budget_m=budget, moves=2, **reward)
         free = [k for k, i in enumerate(env.view.movable) if env.view.in_view[i] and untouched(env, i)]
         for k in free[:1]:
             found += 1
-            shown, gained, over, _ = step(rehearsal, k, 4, 3, 4)
+            shown, gained, over, _ = step(surrogate, k, 4, 3, 4)
             observation, expected, *_ = env.step(np.array([k, 4, 3, 4]))
             assert gained[0] == pytest.approx(expected, abs=0.01)
             assert not over[0]
@@ -73,8 +73,8 @@ def test_where_nothing_is_in_the_way_a_move_does_what_the_hand_does(reward):
 
 
 def test_leaving_ends_the_episode_with_what_the_rule_says():
-    rehearsal, _, env, _ = both("slot")
-    shown, reward, over, infos = step(rehearsal, 10, 0, 0)
+    surrogate, _, env, _ = both("slot")
+    shown, reward, over, infos = step(surrogate, 10, 0, 0)
     *_, info = env.step(np.array([10, 0, 0]))
     assert (over[0], reward[0], info["wrong_labels"]) == (True, 0.0, 0)
     assert infos[0]["episode"] == {"r": 0.0, "l": 1, "t": 0.0}
@@ -82,12 +82,12 @@ def test_leaving_ends_the_episode_with_what_the_rule_says():
 
 
 def test_an_episode_has_as_many_moves_as_it_says():
-    rehearsal = SurrogateEnv(3, 0, action="slot", moves=2)
-    rehearsal.reset()
+    surrogate = SurrogateEnv(3, 0, action="slot", moves=2)
+    surrogate.reset()
     over = []
     for _ in range(4):
-        rehearsal.step_async(np.zeros((3, 3), dtype=np.int64))
-        over.append(rehearsal.step_wait()[2].tolist())
+        surrogate.step_async(np.zeros((3, 3), dtype=np.int64))
+        over.append(surrogate.step_wait()[2].tolist())
     assert over == [[False] * 3, [True] * 3, [False] * 3, [True] * 3]
 
 
@@ -97,10 +97,9 @@ def table(*places, fixed=0):
     return {
         "position": np.array([places], dtype=np.float64),
         "yaw": np.zeros((1, n)),
-        "radius": np.full(n, 0.05),
-        "fixed": np.arange(n) >= n - fixed,
-        "half": np.full((n, 2), 0.05),
-        "size": np.array([1.2, 0.8]),
+        "bodies": Bodies(
+            np.full(n, 0.05), np.arange(n) >= n - fixed, np.full((n, 2), 0.05), np.array([1.2, 0.8])
+        ),
     }
 
 
@@ -145,16 +144,17 @@ def test_two_that_changed_places_are_both_wrong_and_by_how_much(kernel):
 
 
 def test_a_learner_learns_in_it():
-    rehearsal = SurrogateEnv(4, 0, action="slot")
-    model = MaskablePPO(ObjectPolicy, rehearsal, n_steps=8, batch_size=32, n_epochs=1, seed=0, device="cpu")
+    surrogate = SurrogateEnv(4, 0, action="slot")
+    model = MaskablePPO(ObjectPolicy, surrogate, n_steps=8, batch_size=32, n_epochs=1, seed=0, device="cpu")
     model.learn(32)
     assert model.num_timesteps == 32
     assert len(model.ep_info_buffer) > 0
 
 
 @pytest.mark.parametrize("arguments", [{"visits": 2}, {"reward": "miscount"}, {"action": "continuous"}])
-def test_what_cannot_be_rehearsed_is_named(arguments):
-    with pytest.raises(OptionError, match=f"{next(iter(arguments))}: must be .* in a rehearsal"):
+def test_what_it_cannot_stand_for_is_named(arguments):
+    (name,) = arguments
+    with pytest.raises(OptionError, match=f"{name}: must be .* in the surrogate environment"):
         SurrogateEnv(1, 0, **arguments)
 
 

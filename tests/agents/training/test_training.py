@@ -187,7 +187,7 @@ def test_what_belongs_to_the_model_goes_on_with_it(tiny, tmp_path, algo, values)
     assert pickles_in(saved) == []
 
 
-def test_after_the_rehearsal_it_goes_on_in_the_environment(tiny, tmp_path, monkeypatch):
+def test_after_the_surrogate_environment_it_goes_on_in_the_environment(tiny, tmp_path, monkeypatch):
     where = []
     learn = MaskablePPO.collect_rollouts
 
@@ -211,7 +211,7 @@ def test_what_cannot_be_rehearsed_is_seen_before(tiny, tmp_path, values):
     run = dataclasses.replace(
         run, algo="ppo", recipe=dataclasses.replace(run.recipe, policy="MultiInputPolicy")
     )
-    with pytest.raises(OptionError, match="rehears"):
+    with pytest.raises(OptionError, match=r"surrogate environment|rehears"):
         train(run, tmp_path / "run")
 
 

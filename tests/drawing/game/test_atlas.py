@@ -98,6 +98,16 @@ def test_what_is_nearer_hides_a_sprite_and_a_solid_one_hides_what_comes_later(ru
     assert image[59, 0].tolist() == [255, 0, 0]
 
 
+@pytest.mark.parametrize("run", [paste_in_space, paste_in_space.py_func])
+@pytest.mark.parametrize(("distance", "shown"), [(0.999, True), (1.0, True), (1.001, False), (1.03, False)])
+def test_a_millimetre_decides_what_is_nearer(run, distance, shown):
+    store, shape = sprites()
+    image, away = meadow(), np.full((60, 80), 1.0, np.float32)
+    run(image, away, store, shape[:1], np.array([(10, 10)]), np.array([distance], np.float32), True)
+    assert (image[11, 11].tolist() == [255, 0, 0]) is shown
+    assert away[11, 11] == pytest.approx(min(distance, 1.0))
+
+
 def test_what_is_drawn_as_a_sprite_looks_as_if_it_were_drawn_directly():
     def draw(image):
         cv2.line(image, (10, 10), (50, 40), RED, 3, cv2.LINE_AA)

@@ -1,12 +1,15 @@
-"""What a certificate says: the effort that every attack on a case needs at the least."""
+"""What a certificate is, and what it says: the effort that every attack on a case needs at the least."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
 
+from farm_ar.agents.cases import Case
 from farm_ar.arrays import FloatArray, Record, read_only
+from farm_ar.reid import Reidentifier
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +32,21 @@ class Bound(Record):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "by_object", read_only(self.by_object, np.float64))
+
+
+class Certificate(ABC):
+    """A theorem about the effort of every attack, for the re-identifiers that it covers.
+
+    A certificate is a class made without arguments, and is listed in `CERTIFICATES`.
+    """
+
+    @abstractmethod
+    def covers(self, reid: Reidentifier) -> bool:
+        """Whether the theorem holds for a re-identifier."""
+
+    @abstractmethod
+    def bound(self, case: Case, reid: Reidentifier) -> Bound:
+        """The bound of a case under a re-identifier that is covered and made for `case.scene`."""
 
 
 ROUNDING = 1e-6

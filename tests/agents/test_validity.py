@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farm_ar.agents.attacks.validity import are_valid, outside_by, overlap_depth, settle
+from farm_ar.agents.validity import Constraints, are_valid, outside_by, overlap_depth, settle
 from farm_ar.geometry import footprints_overlap
 
 SIZE = np.array([[0.1, 0.1, 0.2], [0.15, 0.1, 0.1], [0.2, 0.1, 0.2]])
@@ -16,10 +16,10 @@ def check(
     position, yaw, kernel=are_valid, fixed=(False, False, False), inside=(True, True, True), clear=True
 ):
     keeps_clear = np.full((3, 3), clear) & ~np.eye(3, dtype=bool)
-    return kernel(
-        np.array([position]), np.array([yaw]), BEFORE, np.zeros(3), SIZE,
-        np.array(fixed), keeps_clear, np.array(inside), 1.0, 1.0,
-    )[0]  # fmt: skip
+    limits = Constraints(
+        BEFORE, np.zeros(3), SIZE / 2, np.array(fixed), keeps_clear, np.array(inside), np.ones(2)
+    )
+    return kernel(np.array([position]), np.array([yaw]), limits)[0]
 
 
 @given(*[st.floats(-0.3, 0.3)] * 2, *[st.floats(-3, 3)] * 2)
@@ -63,7 +63,8 @@ def test_what_would_stand_in_something_or_outside_stays_where_it_was():
     for kernel in (settle, settle.py_func):
         position, yaw = np.array([wanted]), np.full((1, 3), 0.1)
         keeps_clear = ~np.eye(3, dtype=bool)
-        kernel(position, yaw, BEFORE, np.zeros(3), SIZE, keeps_clear, np.full(3, True), 1.0, 1.0)
+        yes = np.full(3, True)
+        kernel(position, yaw, Constraints(BEFORE, np.zeros(3), SIZE / 2, ~yes, keeps_clear, yes, np.ones(2)))
         assert position[0].tolist() == [wanted[0], BEFORE[1].tolist(), BEFORE[2].tolist()]
         assert yaw[0].tolist() == [0.1, 0.0, 0.0]
         assert check(position[0], yaw[0])
