@@ -10,13 +10,15 @@ import numpy.typing as npt
 
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.envs.ordering import FIXED, KIND, OBJECT, RIVALS, introduce
-from farm_ar.game_logic import sight
+from farm_ar.game_logic import visibility
 from farm_ar.geometry.angles import wrap_angle
+from farm_ar.geometry.camera import Eye, sees
 from farm_ar.kernels import compiled
 from farm_ar.reid import dimension_cost
 from farm_ar.reid.kernels import assign
 from farm_ar.reid.margins import find_margins
 from farm_ar.scenes import Camera, Layout, Scene
+from farm_ar.structs import new_structs
 
 if TYPE_CHECKING:
     from farm_ar.envs.worlds import World
@@ -79,7 +81,7 @@ class Reading:
         self._world: World | None = None
         self._believed: Layout | None = None
         self._camera: Camera | None = None
-        self._eye = np.zeros(sight.LOOKS)
+        self._eye = new_structs(Eye, 1)[0]
 
     def meet(self, layout: Layout, order: IntArray) -> None:
         """From now on the objects are met in another order, (M,)."""
@@ -100,7 +102,7 @@ class Reading:
             self._where[:, BELIEVED_X : BELIEVED_Z + 1] = believed.position
             self._where[:, BELIEVED_YAW], self._believed = believed.yaw, believed
         if camera is not self._camera:
-            self._eye, self._camera = sight.eye_of(camera), camera
+            self._eye, self._camera = visibility.eye_of(camera), camera
         read_table(
             world.places,
             self._where,
@@ -146,7 +148,7 @@ def within(value: float, low: float, high: float) -> float:
 def read_table(
     places: FloatArray,
     where: FloatArray,
-    eye: FloatArray,
+    eye: Eye,
     met: IntArray,
     dimension: FloatArray,
     fixed: FloatArray,
@@ -159,7 +161,7 @@ def read_table(
     Args:
         places: (M, 3 or more) where objects are: x, z, pymunk's angle.
         where: (M, 4) where they are believed to be, and how high they are.
-        eye: the camera, as `sight.eye_of` has it.
+        eye: the camera, as `visibility.eye_of` has it.
         met: (M, 3 + W) the objects as they are met, W the most of a kind.
         dimension: (M, M) what their sizes cost (Eq. 6).
         fixed: what does not change.
@@ -184,7 +186,7 @@ def read_table(
     for k in range(m):
         i = met[k, OBJECT]
         x, z, yaw = places[i, X], places[i, Z], wrap_angle(-places[i, ANGLE])
-        seen = 1.0 if sight.in_sight(eye, x, where[i, ELEVATION], z) else 0.0
+        seen = 1.0 if sees(eye, x, where[i, ELEVATION], z) else 0.0
         if seen != known[k, SEEN]:
             known[k, SEEN], anew[met[k, KIND]] = seen, True
         numbers[2 * k], numbers[2 * k + 1] = (
@@ -218,9 +220,9 @@ def read_table(
             for column in range(widest):
                 numbers[cost_at + widest * k + column] = within(cost[k, column], 0, NO_RIVAL)
             numbers[margin_at + k] = 1.0
-    numbers[camera_at] = within(2 * eye[sight.EYE_X] / width - 1, -4, 4)
-    numbers[camera_at + 1] = within(2 * eye[sight.EYE_Z] / depth - 1, -4, 4)
-    numbers[camera_at + 2], numbers[camera_at + 3] = eye[sight.SINE], eye[sight.COSINE]
+    numbers[camera_at] = within(2 * eye.x / width - 1, -4, 4)
+    numbers[camera_at + 1] = within(2 * eye.z / depth - 1, -4, 4)
+    numbers[camera_at + 2], numbers[camera_at + 3] = eye.sine, eye.cosine
     summary[LEAST], summary[AMBIGUITY] = np.inf, 0.0
     for kind in range(kinds):
         n, count = 0, 0

@@ -74,7 +74,7 @@ class StateObservation:
         numbers[self._budget] = left
         if self._hand is not None:
             assert isinstance(world, FarmGame)
-            world.tell_hand(numbers[self._hand])
+            world.describe_hand(numbers[self._hand])
         return self._named(numbers)
 
     def observe_on(
@@ -90,7 +90,7 @@ class StateObservation:
         """
         numbers, at = reading.numbers, self._budget_at
         if self._hand is not None:
-            world.tell_hand(numbers[self._hand])  # type: ignore[attr-defined]  # a game, as `observe` saw
+            world.describe_hand(numbers[self._hand])  # type: ignore[attr-defined]  # a game, as `observe` saw
         numbers[at + 2] = moves_left
         if motion_left is not self._motion_left:
             numbers[at], numbers[at + 1] = self._motion_left = motion_left

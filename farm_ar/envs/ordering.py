@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
-from farm_ar.game_logic import sight
+from farm_ar.geometry.camera import Eye, bearing_to
 from farm_ar.kernels import compiled
 
 OBJECT, KIND, FIXED, RIVALS = range(4)
@@ -13,12 +13,12 @@ those of their kind, -1 for none."""
 
 @compiled
 def line_up(
-    eye: FloatArray, place: FloatArray, kind: IntArray, fixed: BoolArray, angle: FloatArray, order: IntArray
+    eye: Eye, place: FloatArray, kind: IntArray, fixed: BoolArray, angle: FloatArray, order: IntArray
 ) -> None:
     """Sort objects: those that move first, then by kind, then from left to right as a camera sees them.
 
     Args:
-        eye: the camera, as `sight.eye_of` has it.
+        eye: the camera, as `visibility.eye_of` has it.
         place: (M, 2) metres.
         kind: (M,) their kinds.
         fixed: (M,) whether they never move.
@@ -26,7 +26,7 @@ def line_up(
         order: (M,) filled with their numbers.
     """
     for i in range(len(place)):
-        angle[i] = sight.turned_to(eye, place[i, 0] - eye[sight.EYE_X], place[i, 1] - eye[sight.EYE_Z])
+        angle[i] = bearing_to(eye, place[i, 0], place[i, 1])
         k = i
         while k > 0:
             j = order[k - 1]

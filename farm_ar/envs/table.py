@@ -9,7 +9,7 @@ import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.envs.ordering import line_up
-from farm_ar.game_logic import sight
+from farm_ar.game_logic import visibility
 from farm_ar.reid import dimension_cost, rotation_cost, solve_assignment, total_cost, translation_cost
 from farm_ar.reid.margins import margins
 from farm_ar.scenes import Camera, Layout, Scene
@@ -43,7 +43,7 @@ class TableView:
     @cached_property
     def in_view(self) -> BoolArray:
         """(M,) objects that the camera sees, in the layout's order."""
-        return sight.seen_by(self.camera, self.truth)[0]
+        return visibility.seen_by(self.camera, self.truth)[0]
 
     @cached_property
     def costs(self) -> FloatArray:
@@ -115,5 +115,5 @@ class TableView:
 def meeting_order(layout: Layout, camera: Camera) -> IntArray:
     """(M,) the objects by kind, each kind from left to right as the camera sees it, fixed ones last."""
     order, angle = np.empty(len(layout), dtype=np.int64), np.empty(len(layout))
-    line_up(sight.eye_of(camera), layout.position, layout.category_code, layout.fixed, angle, order)
+    line_up(visibility.eye_of(camera), layout.position, layout.category_code, layout.fixed, angle, order)
     return order

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from farm_ar.arrays import IntArray
+from farm_ar.game_logic.animals.arrival import Counts
+from farm_ar.structs import Structs, new_structs
 
 NOTHING = -1
 """The building of an animal that came to the end of its path where nothing stands."""
@@ -17,7 +19,7 @@ class Counters:
     """Counts for N labels, all starting at 0.
 
     Args:
-        counts: (3, N) all of them; the attributes below are its rows.
+        counts: (N,) all of them; the attributes below are its fields.
 
     Attributes:
         counted: (N,) what the game shows: animals of the label's colour that got into a building.
@@ -25,15 +27,17 @@ class Counters:
         stranded: (N,) animals that arrived where nothing stands, and were not counted.
     """
 
-    counts: IntArray
+    counts: Structs[Counts]
 
     def __post_init__(self) -> None:
-        self.counted, self.misplaced, self.stranded = self.counts
+        self.counted: IntArray = self.counts["counted"]
+        self.misplaced: IntArray = self.counts["misplaced"]
+        self.stranded: IntArray = self.counts["stranded"]
 
     @classmethod
     def zero(cls, n: int) -> Counters:
         """Counters of `n` labels before anything has happened."""
-        return cls(np.zeros((3, n), dtype=np.int64))
+        return cls(new_structs(Counts, n))
 
     def add(self, goal: IntArray, building: IntArray) -> None:
         """Count arrivals.

@@ -3,29 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from enum import IntEnum
 
 import numpy as np
 import numpy.typing as npt
 
-from farm_ar.arrays import FloatArray, IntArray
+from farm_ar.arrays import FloatArray
 from farm_ar.errors import OptionError, SceneError
-from farm_ar.game_logic import guiding, plane, running, sight, steering
+from farm_ar.game_logic import phases
+from farm_ar.game_logic.animals import arrival
+from farm_ar.game_logic.animals.flock import Flock
+from farm_ar.game_logic.animals.routes import Routes
 from farm_ar.game_logic.counters import Counters
-from farm_ar.game_logic.flock import Flock
-from farm_ar.game_logic.lanes import Lanes
 from farm_ar.game_logic.moment import Moment
-from farm_ar.game_logic.motion import Motion
 from farm_ar.game_logic.perception import GeometricHandDetector, HandDetector, HandView, Perception
-from farm_ar.game_logic.tabletop import Most, Tabletop
+from farm_ar.game_logic.phases import AWAY_TICKS, GameArrays, Phase, Visit
+from farm_ar.game_logic.physics.limits import Motion, MotionLimit
+from farm_ar.game_logic.physics.state import TICK
+from farm_ar.game_logic.physics.velocity_control import control_tick
+from farm_ar.game_logic.tabletop import Tabletop
 from farm_ar.game_logic.tracker import Sighting, Tracker
+from farm_ar.game_logic.visibility import eye_of
 from farm_ar.reid import ReidFactory, SpatialReid
 from farm_ar.scenes import Camera, Layout, Scene
+from farm_ar.structs import new_structs, words_of
 
-TICK_S = 1 / 60
-"""Length of a tick."""
+__all__ = ["HAND_AWAY_S", "TICK_S", "UNMOVED", "FarmGame", "Phase"]
 
-HAND_AWAY_S = steering.AWAY_TICKS * TICK_S
+TICK_S = TICK
+
+HAND_AWAY_S = AWAY_TICKS * TICK_S
 """How long the hand must have been out of view, holding nothing, before a visit is over."""
 
 ANIMAL_SPEED_M_S = 0.12
@@ -43,22 +49,7 @@ WARM_UP_S = 8.0
 """How long animals have been leaving the shed when the game begins; those that would be home are."""
 
 
-class Phase(IntEnum):
-    """What is going on: animals run, or the hand is in view and they do not."""
-
-    PLAY = 0
-    HAND = 1
-
-    @property
-    def text(self) -> str:
-        """Its name, for pictures."""
-        return self.name.lower()
-
-
 UNMOVED = Motion()
-
-Running = tuple[FloatArray, FloatArray, FloatArray, FloatArray, IntArray]
-"""What `running.run` works on: the flock's arrays, the lanes, the counters."""
 
 
 class FarmGame:
@@ -97,11 +88,7 @@ class FarmGame:
             expected = f"must be 0 to {MOST_ANIMALS_A_SECOND:g}"
             raise OptionError("animals_a_second", expected, animals_a_second)
         self.scene, self.rng = scene, rng
-        self._visit = np.zeros(steering.VISIT)
-        self._phase = self._visit[: steering.WAY_AT]
-        self._way = self._visit[steering.WAY_AT : steering.EYE_AT]
-        self._eye = self._visit[steering.EYE_AT : steering.OUTCOME_AT]
-        self._outcome = self._visit[steering.OUTCOME_AT :]
+        self._visits = new_structs(Visit, 1)
         self.camera = camera
         self.tabletop = Tabletop(layout, scene.size)
         self.tracker = Tracker(scene, layout, make_reid, perception)
@@ -111,9 +98,8 @@ class FarmGame:
         self.sightings: list[Sighting] = []
         self._shed = int(np.flatnonzero(layout.fixed)[0])
         self._goals = np.flatnonzero(layout.movable)
-        self._lanes = Lanes(self._goals, self._shed, rng)
-        self._led, self._phase[steering.KNOWN] = False, -1.0
-        self._steered = self.tabletop.arrays
+        self._routes = Routes(self._goals, self._shed, rng)
+        self._led, self._visits["known"] = False, -1
         self._by_geometry = type(self.hand_detector) is GeometricHandDetector
         self._make_room(0)
         self.allow(None)
@@ -126,17 +112,17 @@ class FarmGame:
 
     @camera.setter
     def camera(self, camera: Camera) -> None:
-        self._camera, self._eye[:] = camera, sight.eye_of(camera)
+        self._camera, self._visits["eye"][0] = camera, eye_of(camera)
 
     @property
     def phase(self) -> Phase:
         """What is going on."""
-        return Phase.HAND if self._phase[steering.VISITED] else Phase.PLAY
+        return Phase.HAND if self._visits["visited"].item() else Phase.PLAY
 
     @property
     def clock(self) -> float:
         """Seconds played so far."""
-        return float(self.flock.clock[running.NOW])
+        return self.flock.now
 
     @property
     def truth(self) -> Layout:
@@ -146,12 +132,12 @@ class FarmGame:
     @property
     def places(self) -> FloatArray:
         """(N, 3 or more) true x and z, metres, and pymunk's angle, radians, of all objects."""
-        return self.tabletop.arrays[2]
+        return words_of(self.tabletop.space.bodies)
 
     @property
-    def changes(self) -> float:
+    def changes(self) -> int:
         """How often that has changed."""
-        return self._steered[1].item(plane.CHANGES)
+        return int(self._changes.item())
 
     @property
     def believed(self) -> Layout:
@@ -161,7 +147,7 @@ class FarmGame:
     @property
     def miscounts(self) -> int:
         """Animals so far that did not get into the building of their colour."""
-        return int(self.flock.clock.item(running.ASTRAY))
+        return int(self._astray.item())
 
     def moment(self, caption: str = "") -> Moment:
         """All there is to see now."""
@@ -196,8 +182,8 @@ class FarmGame:
             camera.position,
             np.array([camera.yaw, camera.pitch, 0.0 if camera.height is None else camera.height]),
             np.array([self.tabletop.ticks, held]),
-            self.flock.clock.copy(),
-            self._phase.copy(),
+            np.array(self.flock.herd.clocks.item(), dtype=np.float64),
+            np.array(self._visits.item()[:4], dtype=np.float64),
             np.array(arm, dtype=np.float64),
         ]
 
@@ -208,13 +194,14 @@ class FarmGame:
             layout: where the same objects are from now on.
         """
         self.tabletop = Tabletop(layout, self.scene.size)
-        self._steered, self._phase[steering.KNOWN] = self.tabletop.arrays, -1.0
+        self._visits["known"] = -1
+        self._make_room(0)
         self.allow(None)
 
     def begin_visit(self, camera: Camera | None = None) -> None:
         """The hand comes into view: the animals freeze. The camera is the one that will take the snapshot."""
         self.camera = camera or self.camera
-        self._phase[[steering.VISITED, steering.AWAY]] = 1.0, 0.0
+        self._visits["visited"], self._visits["away"] = True, 0
 
     def move(
         self,
@@ -223,7 +210,7 @@ class FarmGame:
         turn: float,
         record: Callable[[Tabletop], None] | None = None,
         *,
-        most: Most | None = None,
+        most: MotionLimit | None = None,
     ) -> Motion:
         """The hand carries one building over the table and lets it go; what is in the way is pushed.
 
@@ -247,8 +234,8 @@ class FarmGame:
         believed = self.believed
         if sighting.changed.any():
             self.flock.redirect(believed.position, sighting.changed)
-            self._led, self._phase[steering.KNOWN] = False, -1.0
-        self._phase[[steering.VISITED, steering.AWAY]] = 0.0
+            self._led, self._visits["known"] = False, -1
+        self._visits["visited"], self._visits["away"] = False, 0
         return sighting
 
     def play(self, seconds: float) -> None:
@@ -262,7 +249,7 @@ class FarmGame:
         """
         if not 0 <= seconds <= LONGEST_PLAY_S:
             raise OptionError("seconds", f"must be 0 to {LONGEST_PLAY_S:g}", seconds)
-        if not self._phase[steering.VISITED]:
+        if self.phase is Phase.PLAY:
             self._run(seconds)
 
     def bring_hand(self) -> None:
@@ -270,16 +257,12 @@ class FarmGame:
         width, _ = self.scene.size
         self.tabletop.bring_hand((width / 2, HAND_WAITS_AT_Z))
 
-    def allow(self, most: Most | None) -> None:
+    def allow(self, most: MotionLimit | None) -> None:
         """From now on a steered hand may move the buildings by so much, by default as much as it likes.
 
         It stops before it is more, and then touches nothing any more.
         """
-        self._way[:] = 0.0
-        limits = most or Most()
-        self._way[guiding.LIMIT_METRES : guiding.DIAGONAL + 1] = limits.as_row()
-        moved = self.tabletop.moved
-        self._way[guiding.BEGAN_METRES], self._way[guiding.BEGAN_RADIANS] = moved.metres, moved.radians
+        (most or MotionLimit()).begin(self._visits["limits"], self.tabletop.moved)
 
     def withdraw_hand(self) -> tuple[Motion, Sighting | None]:
         """The hand lets go and is gone at once.
@@ -290,7 +273,7 @@ class FarmGame:
         before = self.tabletop.moved
         self.tabletop.remove_hand()
         self.tabletop.settle()
-        sighting = self.end_visit() if self._phase[steering.VISITED] else None
+        sighting = self.end_visit() if self.phase is Phase.HAND else None
         return self.tabletop.moved - before, sighting
 
     def tick(self, velocity: FloatArray, twist: float, grip: bool) -> tuple[Motion, Sighting | None]:
@@ -313,16 +296,16 @@ class FarmGame:
         Returns:
             What they did to the buildings, how many there were, and the sighting if they ended a visit.
         """
-        passed, over, metres, radians = 0, 0.0, 0.0, 0.0
+        passed, over, metres, radians = 0, False, 0.0, 0.0
         while passed < ticks and not over:
             left = ticks - passed
             if not self._by_geometry:
                 self._tick_and_look(vx, vz, -twist, grip)
-            elif not steering.steer(*self._steered, self._visit, *self._running, vx, vz, -twist, grip, left):  # type: ignore[arg-type]
+            elif not phases.steer(self._arrays, vx, vz, -twist, grip, left):
                 passed = ticks
                 break
-            done, over, pending, way, turn = self._outcome.tolist()
-            passed, metres, radians = passed + int(done), metres + way, radians + turn
+            done, over, pending, way, turn = self._outcomes.item()
+            passed, metres, radians = passed + done, metres + way, radians + turn
             if pending:
                 self._run(pending * TICK_S)
         motion = Motion(metres, radians) if metres or radians else UNMOVED
@@ -333,17 +316,16 @@ class FarmGame:
         return motion + (self.tabletop.moved - before), passed, self.end_visit()
 
     def _tick_and_look(self, vx: float, vz: float, spin: float, grip: bool) -> None:
-        """What `steering.steer` does in a tick, with a detector of its own."""
-        before, phase = self.tabletop.moved, self._phase
-        steering.press(*self._steered, self._eye, self._way, vx, vz, spin, grip)
-        over = bool(steering.watch(self._steered[1], phase, self.sees_hand()))
-        pending, phase[steering.PENDING] = float(phase[steering.PENDING]), 0.0
-        self._outcome[:] = 1.0, over, pending, *(self.tabletop.moved - before)
+        """What `phases.steer` does in a tick, with a detector of its own."""
+        before, visit, state = self.tabletop.moved, self._visits[0], self.tabletop.space.states[0]
+        control_tick(state, self.tabletop.space.bodies, visit.eye, visit.limits, vx, vz, spin, grip)
+        over = phases.watch(state, visit, self.sees_hand())
+        pending, visit.pending = visit.pending, 0
+        self._outcomes[0] = (1, over, pending, *(self.tabletop.moved - before))
 
-    def tell_hand(self, numbers: npt.NDArray[np.float32]) -> None:
-        """Fill in the (8,) numbers that an observation has of the hand, as `steering.tell` has them."""
-        handle, state, _ = self._steered
-        steering.tell(handle, state, self._phase, numbers)
+    def describe_hand(self, numbers: npt.NDArray[np.float32]) -> None:
+        """Fill in the (8,) numbers that an observation has of the hand, as `phases.describe_hand` says."""
+        phases.describe_hand(self.tabletop.space.states, self._visits, numbers)
 
     def sees_hand(self) -> bool:
         """Whether the hand detector sees the hand now."""
@@ -351,41 +333,44 @@ class FarmGame:
 
     def _run(self, seconds: float) -> None:
         """Let the animals run."""
-        if self._phase[steering.KNOWN] != self._steered[1][plane.CHANGES]:
+        if self._visits["known"].item() != self.changes:
             self._look_ahead()
-        end = self.flock.clock[running.NOW] + seconds
-        while True:
-            queue, animal, clock, lane, counts = self._running
-            if running.run(queue, animal, clock, lane, counts, end):
-                return
+        end = self.flock.now + seconds
+        while not arrival.run(self.flock.herd, self._routes.all, self.counters.counts, end):
             self._make_room(1)
 
     def _make_room(self, more: int) -> None:
+        """Have room for so many animals more, and know what kernels work on."""
         self.flock.make_room(more)
-        self._running: Running = (*self.flock.arrays, self._lanes.lane, self.counters.counts)
+        space, herd = self.tabletop.space, self.flock.herd
+        self._arrays = GameArrays(
+            space.states, space.bodies, self._visits, *herd, self._routes.all, self.counters.counts
+        )
+        self._changes, self._astray = space.states["changes"], herd.clocks["astray"]
+        self._outcomes = self._visits["outcome"]
 
     def _look_ahead(self) -> None:
         """Have everybody know who arrives where, now that buildings have moved or are believed elsewhere."""
         if not self._led:
-            self._lanes.lead_to(self.believed, self.scene.size)
+            self._routes.lead_to(self.believed, self.scene.size)
         layout = self.scene.layout
-        self.flock.look_ahead(*self.tabletop.poses(), layout.size, layout.movable)
-        if self.flock.box is not None:
-            self._lanes.look_ahead(self.flock.box)
-        self._led = True
-        self._phase[steering.KNOWN] = self.changes
+        arrival.foresee_routes(
+            self._routes.all, self.flock.look_ahead(*self.tabletop.poses(), layout.size, layout.movable)
+        )
+        self._led, self._visits["known"] = True, self.changes
 
     def _warm_up(self, animals_a_second: float) -> None:
-        """Fill the lanes with animals that left before the game began, and forget those that are home."""
-        clock, n = self.flock.clock, len(self._goals)
+        """Fill the routes with animals that left before the game began, and forget those that are home."""
+        clock, n = self.flock.herd.clocks[0], len(self._goals)
         if animals_a_second <= 0:
-            clock[running.PERIOD] = np.inf
+            clock.period = np.inf
             return
-        clock[running.PERIOD] = n / animals_a_second
-        each = int(np.ceil(WARM_UP_S / clock[running.PERIOD]))
-        clock[running.SENT] = -n * each
+        clock.period = n / animals_a_second
+        each = int(np.ceil(WARM_UP_S / clock.period))
+        clock.sent = -n * each
         self._make_room(n * each // 2)  # for about those that are still on their way
-        clock[running.NOW] = -each * clock[running.PERIOD]
-        self.play(-clock[running.NOW])
-        clock[[running.NOW, running.ASTRAY]] = 0.0
-        self.counters.counts[:] = 0
+        clock.now = -each * clock.period
+        self.play(float(-clock.now))
+        clock.now, clock.astray = 0.0, 0
+        for name in ("counted", "misplaced", "stranded"):
+            self.counters.counts[name][:] = 0

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
-from farm_ar.game_logic.hand import HandState
+from farm_ar.game_logic.physics.gripper import HandState
 from farm_ar.scenes import Camera, Layout, Scene
 
 

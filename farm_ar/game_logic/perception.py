@@ -9,9 +9,9 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from farm_ar.arrays import IntArray
-from farm_ar.game_logic import sight
-from farm_ar.game_logic.hand import HandState
+from farm_ar.game_logic import visibility
 from farm_ar.game_logic.moment import Moment
+from farm_ar.game_logic.physics.gripper import HandState
 from farm_ar.scenes import PERFECT, Camera, Detections, Detector, Layout, Snapshot, observe_many
 
 
@@ -82,7 +82,7 @@ class OraclePerception:
 
 def _exactly(truth: Layout, camera: Camera) -> Perceived:
     """What `observe_many` gives without noise, in less time: what is in view, from left to right."""
-    _, source = sight.seen_by(camera, truth)
+    _, source = visibility.seen_by(camera, truth)
     numbers = source.tolist()
     detections = Detections.trusted(
         category=tuple([truth.category[i] for i in numbers]),
@@ -105,4 +105,4 @@ class GeometricHandDetector:
         if view.hand is None:
             return False
         x, z = view.hand.position.tolist()
-        return bool(sight.arm_in_sight(sight.eye_of(view.camera), x, z))
+        return bool(visibility.sees_arm(visibility.eye_of(view.camera), x, z))

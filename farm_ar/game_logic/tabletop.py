@@ -4,51 +4,62 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import inf
+from math import hypot
 
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray
 from farm_ar.errors import OptionError, SceneError
-from farm_ar.game_logic import arm, guiding, nearness, plane, ticking
-from farm_ar.game_logic.arm import HAND_ROOM
-from farm_ar.game_logic.carrying import CARRY_SPEED, Carry, carry
-from farm_ar.game_logic.hand import HandState
-from farm_ar.game_logic.motion import Motion
 from farm_ar.game_logic.overlaps import deepest_overlap
-from farm_ar.game_logic.physics import Plane
-from farm_ar.game_logic.steering import REACH
-from farm_ar.geometry import footprint_corners, from_pymunk, to_pymunk, wrap
+from farm_ar.game_logic.physics import gripper, proximity, stepping, trajectory
+from farm_ar.game_logic.physics.gripper import HAND_ROOM, REACH, HandState
+from farm_ar.game_logic.physics.limits import Motion, MotionLimit
+from farm_ar.game_logic.physics.space import PhysicsSpace
+from farm_ar.game_logic.physics.state import Limits
+from farm_ar.game_logic.physics.trajectory import Trajectory
+from farm_ar.geometry import footprint_corners, from_pymunk, wrap
 from farm_ar.scenes import Layout
+from farm_ar.structs import new_structs
 
-__all__ = ["HAND_ROOM", "REACH", "Most", "Pair", "Tabletop"]
+__all__ = ["HAND_ROOM", "REACH", "Carry", "Most", "Pair", "Tabletop"]
+
+Most = MotionLimit
 
 Pair = Sequence[float] | FloatArray
 """An x and a z."""
 
+CARRY_SPEED = 0.75
+"""Fastest that a hand drags a building unless told otherwise, metres a second."""
+
+REACH_SPEED = 1.5
+"""Fastest that a hand moves above the buildings on its way in and out, metres a second."""
+
+ENTRY = -0.15
+"""z at which a hand comes in and leaves, on the player's side of the table, metres."""
+
+REACHED_M, REACHED_RAD = 0.01, float(np.deg2rad(3.0))
+"""How near to where it was to go a building must come to rest to have reached it."""
 
 _LONG = 1_000_000
 
 
 @dataclass(frozen=True)
-class Most:
-    """How much all buildings together may be moved.
+class Carry:
+    """What became of one pick-and-place.
 
     Args:
-        metres: summed.
-        radians: summed.
-        effort: metres as a share of `diagonal`, plus radians as a share of half a turn.
-        diagonal: of the scene, metres.
+        gripped: whether the building can be gripped at all.
+        reached: whether it came to rest within 1 cm and 3 degrees of where it was to go.
+        error_m: how far from there, metres.
+        error_rad: the same for its heading, radians, not negative.
+        ticks: how many ticks it took, from the hand's coming in until it was out and everything at rest.
     """
 
-    metres: float = inf
-    radians: float = inf
-    effort: float = inf
-    diagonal: float = 1.0
-
-    def as_row(self) -> tuple[float, float, float, float]:
-        """The four, in that order."""
-        return self.metres, self.radians, self.effort, self.diagonal
+    gripped: bool
+    reached: bool
+    error_m: float
+    error_rad: float
+    ticks: int
 
 
 class Tabletop:
@@ -64,7 +75,7 @@ class Tabletop:
 
     Attributes:
         size: the size of the table.
-        arrays: the plane's, for compiled kernels.
+        space: its physics, for compiled kernels.
 
     Raises:
         SceneError: the layout is a batch.
@@ -77,16 +88,15 @@ class Tabletop:
         self._layout, yaw = layout, wrap(layout.yaw)
         yaw.flags.writeable = False
         self._poses = (layout.position, yaw)
-        place, angle = to_pymunk(*self._poses)
-        self._plane = Plane(place, angle, layout.size, layout.fixed, layout.elevation, self.size)
-        self.arrays = (self._plane.handle, self._plane.state, self._plane.box)
-        self._read = 0.0
+        self.space = PhysicsSpace(layout, self.size)
+        self._state, self._bodies = self.space.states[0], self.space.bodies
+        self._hand, self._read = self.space.states["hand"], 0
         self._moving = np.flatnonzero(layout.movable)
 
     @property
     def ticks(self) -> int:
         """How many ticks have passed."""
-        return int(self._plane.state[plane.TICKS])
+        return int(self.space.states["ticks"].item())
 
     @property
     def layout(self) -> Layout:
@@ -103,10 +113,10 @@ class Tabletop:
 
     def poses(self) -> tuple[FloatArray, FloatArray]:
         """Positions (N, 2) in metres and yaws (N,) in [-pi, pi) now, in the layout's order; read-only."""
-        changes = self._plane.state[plane.CHANGES]
+        changes = self.space.states["changes"].item()
         if changes != self._read:
-            box = self._plane.box[self._moving]
-            place, heading = from_pymunk(box[:, : plane.BOX_Z + 1], box[:, plane.BOX_ANGLE])
+            body = self._bodies[self._moving]
+            place, heading = from_pymunk(np.stack([body["x"], body["z"]], axis=-1), body["angle"])
             position, yaw = self._poses[0].copy(), self._poses[1].copy()
             position[self._moving], yaw[self._moving] = place, wrap(heading)
             position.flags.writeable = yaw.flags.writeable = False
@@ -116,30 +126,24 @@ class Tabletop:
     @property
     def moved(self) -> Motion:
         """How far all buildings together have been moved and turned so far, by the ways they went."""
-        state = self._plane.state
-        return Motion(float(state[plane.METRES]), float(state[plane.RADIANS]))
+        states = self.space.states
+        return Motion(states["metres"].item(), states["radians"].item())
 
     @property
     def still(self) -> bool:
         """Whether everything has come to rest; a new tabletop has to show it first."""
-        return bool(self._plane.state[plane.STILL])
+        return bool(self.space.states["still"].item())
 
     @property
     def hand(self) -> HandState | None:
         """The hand as it is now, None while there is none."""
-        handle, state, _ = self.arrays
-        if not state[plane.PRESENT]:
+        if not self._hand["present"].item():
             return None
-        values = np.empty(6)
-        arm.look_at_hand(handle, state, values)
-        gripped = int(state[plane.GRIPPED])
-        return HandState(
-            values[:2],
-            float(arm.yaw_of(values[2])),
-            values[3:5],
-            None if gripped < 0 else gripped,
-            bool(state[plane.RAISED]),
-        )
+        x, z, angle = gripper.hand_pose(self._state)
+        vx, vz, _ = gripper.hand_motion(self._state)
+        gripped = self._hand["gripped"].item()
+        held, raised = None if gripped < 0 else gripped, self._hand["raised"].item()
+        return HandState(np.array([x, z]), float(gripper.yaw_of(angle)), np.array([vx, vz]), held, raised)
 
     def bring_hand(self, position: Pair, raised: bool = False) -> None:
         """Put the hand in, in place of one that may be there.
@@ -149,18 +153,16 @@ class Tabletop:
             raised: whether it stays above the buildings. Otherwise it goes down, where it bumps into them, as
                 soon as there is room for it.
         """
-        handle, state, _ = self.arrays
-        arm.bring_hand(handle, state, float(position[0]), float(position[1]), raised)
+        gripper.bring_hand(self._state, self._bodies, float(position[0]), float(position[1]), raised)
 
     def raise_hand(self) -> None:
         """Let go, and stay above the buildings from now on."""
-        handle, state, _ = self.arrays
-        arm.raise_hand(handle, state)
+        gripper.raise_hand(self._state, self._bodies)
 
     def remove_hand(self) -> None:
         """Let go, and take the hand out."""
         self.raise_hand()
-        self._plane.state[plane.PRESENT] = 0.0
+        self._hand["present"] = False
 
     def grip(self, index: int) -> bool:
         """Take hold of a building whose footprint is within `REACH` of the middle of the hand.
@@ -170,14 +172,13 @@ class Tabletop:
         Returns:
             Whether the hand holds this building now.
         """
-        arm.grip(*self.arrays, index, REACH)
-        return bool(self._plane.state[plane.GRIPPED] == index)
+        gripper.grip(self._state, self._bodies, index, REACH)
+        return bool(self._hand["gripped"].item() == index)
 
     def release(self) -> None:
         """Let go of what the hand holds. The hand hovers until there is room for it on the table."""
-        handle, state, _ = self.arrays
-        if state[plane.GRIPPED] >= 0:
-            arm.lift(handle, state)
+        if self._hand["gripped"].item() >= 0:
+            gripper.lift(self._state, self._bodies)
 
     def tick(self, velocity: Pair = (0.0, 0.0), twist: float = 0.0, count: int = 1) -> None:
         """Let 1/60 s pass, or a number of such ticks, while the hand is moved.
@@ -187,7 +188,8 @@ class Tabletop:
             twist: rate of turn of the hand, clockwise, radians a second; at most `MAX_TWIST` either way.
             count: how many ticks.
         """
-        ticking.tick(*self.arrays, float(velocity[0]), float(velocity[1]), -float(twist), count)
+        vx, vz = float(velocity[0]), float(velocity[1])
+        stepping.tick(self._state, self._bodies, vx, vz, -float(twist), count)
 
     def settle(self, max_ticks: int = 600, record: Callable[[Tabletop], None] | None = None) -> int:
         """Let time pass, with the hand held where it is, until everything is at rest.
@@ -197,9 +199,9 @@ class Tabletop:
         """
         start = self.ticks
         if record is None:
-            ticking.settle(*self.arrays, max_ticks)
+            stepping.settle(self._state, self._bodies, max_ticks)
         while record is not None and not self.still and self.ticks - start < max_ticks:
-            ticking.settle(*self.arrays, 1)
+            stepping.settle(self._state, self._bodies, 1)
             record(self)
         return self.ticks - start
 
@@ -225,18 +227,17 @@ class Tabletop:
         Raises:
             OptionError: it would be on its way for more than an hour.
         """
-        handle, state, box = self.arrays
-        if not state[plane.PRESENT]:
+        if not self._hand["present"].item():
             return
-        way = np.empty(guiding.WAYS)
+        way, limits = new_structs(Trajectory, 1), new_structs(Limits, 1)
         x, z = float(position[0]), float(position[1])
-        seconds = guiding.plan(handle, state, way, x, z, float(turn), float(speed))
-        if not seconds <= guiding.LONGEST_S:
-            raise OptionError("position", f"must be reached within {guiding.LONGEST_S:g} s", (x, z))
-        if most is not None:
-            way[guiding.LIMIT_METRES : guiding.DIAGONAL + 1] = most.as_row()
-        while not way[guiding.WAY_DONE]:
-            guiding.guide(handle, state, box, way, _LONG if record is None else 1)
+        seconds = trajectory.plan(self._state, way[0], x, z, float(turn), float(speed))
+        if not seconds <= trajectory.LONGEST_S:
+            raise OptionError("position", f"must be reached within {trajectory.LONGEST_S:g} s", (x, z))
+        (most or Most()).begin(limits, self.moved)
+        ticks = _LONG if record is None else 1
+        while not way["done"].item():
+            trajectory.follow(self._state, self._bodies, way[0], limits[0], ticks)
             if record is not None:
                 record(self)
 
@@ -267,7 +268,28 @@ class Tabletop:
         Returns:
             What became of it.
         """
-        return carry(self, index, position, yaw, record, speed, leave, most)
+        start = self.ticks
+        places, headings = self.poses()
+        gripped = bool(self.movable[index])
+        if gripped:
+            x, z = places[index].tolist()
+            if self.hand is None:
+                self.bring_hand((x, ENTRY), raised=True)
+            self.raise_hand()
+            self.guide_hand((x, z), 0.0, REACH_SPEED, record)
+            self.grip(index)
+            self.guide_hand(position, float(wrap(yaw - headings[index])), speed, record, most)
+            self.raise_hand()
+            if leave:
+                self.guide_hand((x, ENTRY), 0.0, REACH_SPEED, record)
+                self.remove_hand()
+            self.settle(record=record)
+            places, headings = self.poses()
+        x, z = places[index].tolist()
+        error_m = hypot(x - position[0], z - position[1])
+        error_rad = abs(float(wrap(headings[index] - yaw)))
+        reached = gripped and error_m <= REACHED_M and error_rad <= REACHED_RAD
+        return Carry(gripped, reached, error_m, error_rad, self.ticks - start)
 
     def find_building(self, point: Pair, reach: float = REACH) -> int | None:
         """Index of the movable building whose footprint is nearest to a point, None if none is within reach.
@@ -276,7 +298,7 @@ class Tabletop:
             point: (2,) metres.
             reach: how far at most, metres.
         """
-        found = int(nearness.nearest(self._plane.box, float(point[0]), float(point[1]), float(reach), False))
+        found = int(proximity.nearest(self._bodies, float(point[0]), float(point[1]), float(reach), False))
         return None if found < 0 else found
 
     def on_table(self, tolerance: float = 0.0) -> BoolArray:

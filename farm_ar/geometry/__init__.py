@@ -16,6 +16,14 @@ from farm_ar.geometry.bezier import (
     sample_chain,
     split_bezier,
 )
+from farm_ar.geometry.camera import (
+    bearing,
+    camera_frame,
+    distance,
+    in_vertical_view,
+    in_view,
+    view_polygon,
+)
 from farm_ar.geometry.footprints import (
     footprint_corners,
     footprints_overlap,
@@ -33,14 +41,6 @@ from farm_ar.geometry.frames import (
     planar_pose,
     pose_matrix,
     to_pymunk,
-)
-from farm_ar.geometry.view import (
-    bearing,
-    camera_frame,
-    distance,
-    in_vertical_view,
-    in_view,
-    view_polygon,
 )
 from farm_ar.geometry.voronoi import nearest_site, voronoi_cells
 

@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 
+from farm_ar.envs import ordering
 from farm_ar.envs.ordering import FIXED, KIND, OBJECT, RIVALS, introduce, line_up
 from farm_ar.envs.table import meeting_order
-from farm_ar.game_logic import sight
+from farm_ar.game_logic import visibility
 from farm_ar.game_logic.headset import random_camera
 from farm_ar.geometry import bearing
+from farm_ar.geometry.camera import bearing_to
 from farm_ar.scenes import builtin_scene
 
 FARM = builtin_scene("farm")
@@ -23,8 +25,8 @@ def test_those_that_move_come_first_then_by_kind_then_from_left_to_right(plain, 
         if plain:
             order = np.empty(len(LAYOUT), dtype=np.int64)
             place = (LAYOUT.position, LAYOUT.category_code, LAYOUT.fixed)
-            monkeypatch.setattr(sight, "turned_to", getattr(sight.turned_to, "py_func", sight.turned_to))
-            line_up.py_func(sight.eye_of(camera), *place, np.empty(len(LAYOUT)), order)
+            monkeypatch.setattr(ordering, "bearing_to", getattr(bearing_to, "py_func", bearing_to))
+            line_up.py_func(visibility.eye_of(camera), *place, np.empty(len(LAYOUT)), order)
         else:
             order = meeting_order(LAYOUT, camera)
         np.testing.assert_array_equal(order, expected)

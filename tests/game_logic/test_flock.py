@@ -9,8 +9,8 @@ from hypothesis.extra.numpy import arrays
 
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.errors import OptionError
-from farm_ar.game_logic.flock import Arrivals, Flock
-from farm_ar.game_logic.paths import door, running_curve
+from farm_ar.game_logic.animals.flock import Arrivals, Flock
+from farm_ar.game_logic.animals.routes import door, running_curve
 from farm_ar.geometry import arc_length_table, bezier_point, footprint_corners, to_pymunk
 from farm_ar.scenes.builtin.farm import farm
 

@@ -10,8 +10,9 @@ from numba.core.dispatcher import Dispatcher
 from scipy.integrate import quad
 
 from farm_ar.arrays import FloatArray
-from farm_ar.game_logic import arc_length, dodging, entering, running
-from farm_ar.geometry import bezier_point, bezier_tangent, heading, inside_footprint, split_bezier
+from farm_ar.game_logic.animals import arrival, curve_intersection, obstacle_avoidance
+from farm_ar.game_logic.animals.curve_intersection import NOWHERE, Footprint
+from farm_ar.geometry import arc_length, bezier_point, bezier_tangent, heading, inside_footprint, split_bezier
 
 # Down to a picometre: squares of what is smaller by far underflow.
 metres = st.floats(-2, 2).map(lambda value: round(value, 12))
@@ -20,7 +21,7 @@ lines = arrays(np.float64, 4, elements=metres)
 parameters = st.floats(0, 1)
 yaws = st.floats(-7, 7)
 
-MODULES = (arc_length, dodging, entering, running)
+MODULES = (arc_length, obstacle_avoidance, curve_intersection, arrival)
 COMPILED = {
     name: kernel
     for module in MODULES
@@ -54,9 +55,9 @@ def around(curve: FloatArray) -> float:
     return float(np.linalg.norm(np.diff(curve, axis=0), axis=1).sum())
 
 
-def one_box(width: float, depth: float, yaw: float) -> FloatArray:
+def one_box(width: float, depth: float, yaw: float) -> Footprint:
     sides = np.array([[width, 1.0, depth]])
-    return entering.boxes(np.array([[0.1, -0.2]]), np.array([yaw]), sides, np.array([True]))
+    return curve_intersection.footprints(np.array([[0.1, -0.2]]), np.array([yaw]), sides, np.array([True]))[0]
 
 
 @given(lines)
@@ -128,7 +129,9 @@ def test_the_entry_is_the_first_point_inside(
     curve: FloatArray, width: float, depth: float, yaw: float, begin: float, end: float
 ) -> None:
     begin, end = min(begin, end), max(begin, end)
-    t = entering.footprint_entry(arc_length.polynomial(curve), begin, end, one_box(width, depth, yaw)[0])
+    t = curve_intersection.footprint_entry(
+        arc_length.polynomial(curve), begin, end, one_box(width, depth, yaw)
+    )
     before = np.linspace(begin, min(t, end), 400)
     sides, shrunk = np.array([width, 1.0, depth]), np.array([width, 1.0, depth]) - 2e-9
     centre = np.array([0.1, -0.2])
@@ -146,26 +149,28 @@ def test_even_the_slightest_clip_of_a_corner_is_an_entry(overlap: float) -> None
     """A straight run past the corner (0.5, 0.5) of a square, across its diagonal, half way along."""
     corner = 0.5 - overlap
     curve = np.linspace([corner - 1.0, corner + 1.0], [corner + 1.0, corner - 1.0], 4)
-    box = entering.boxes(np.zeros((1, 2)), np.zeros(1), np.ones((1, 3)), np.array([True]))[0]
-    t = entering.footprint_entry(arc_length.polynomial(curve), 0.0, 1.0, box)
+    box = curve_intersection.footprints(np.zeros((1, 2)), np.zeros(1), np.ones((1, 3)), np.array([True]))[0]
+    t = curve_intersection.footprint_entry(arc_length.polynomial(curve), 0.0, 1.0, box)
     assert t == (pytest.approx(0.5 - overlap / 2, abs=1e-12) if overlap > 0 else 2.0)
 
 
 def test_a_building_before_the_goals_own_is_in_the_way_and_one_behind_it_is_not() -> None:
     curve = np.linspace([0.0, 0.0], [0.0, 1.0], 4)
     position, yaw = np.array([[0.0, 0.9], [0.0, 0.5], [0.0, 0.2], [0.4, 0.5]]), np.zeros(4)
-    box = entering.boxes(position, yaw, np.full((4, 3), 0.1), np.array([True, True, False, True]))
+    box = curve_intersection.footprints(
+        position, yaw, np.full((4, 3), 0.1), np.array([True, True, False, True])
+    )
     p = arc_length.polynomial(curve)
-    for likely in (entering.NOWHERE, 0, 1, 3):
-        assert dodging.in_the_way(p, 0, box[0], box, likely) == 1
-        assert dodging.in_the_way(p, 1, box[1], box, likely) == entering.NOWHERE
+    for likely in (NOWHERE, 0, 1, 3):
+        assert obstacle_avoidance.in_the_way(p, 0, box[0], box, likely) == 1
+        assert obstacle_avoidance.in_the_way(p, 1, box[1], box, likely) == NOWHERE
 
 
 @given(controls, parameters)
 def test_what_is_cut_off_is_the_rest_of_the_curve(curve: FloatArray, t: float) -> None:
     rest, point, yaw = np.empty((1, 4, 2)), np.empty((1, 2)), np.empty(1)
-    running.cut(curve[None], np.array([t]), rest)
-    running.stand(curve[None], np.array([t]), point, yaw)
+    arrival.cut(curve[None], np.array([t]), rest)
+    arrival.stand(curve[None], np.array([t]), point, yaw)
     np.testing.assert_allclose(rest[0], split_bezier(curve, t)[1], atol=1e-14)
     np.testing.assert_array_equal(rest[0, 0], point[0])
 
@@ -173,7 +178,7 @@ def test_what_is_cut_off_is_the_rest_of_the_curve(curve: FloatArray, t: float) -
 @given(controls, parameters)
 def test_animals_face_along_the_tangent(curve: FloatArray, t: float) -> None:
     point, yaw = np.empty((1, 2)), np.empty(1)
-    running.stand(curve[None], np.array([t]), point, yaw)
+    arrival.stand(curve[None], np.array([t]), point, yaw)
     tangent = bezier_tangent(curve, t)
     if np.linalg.norm(tangent) > 1e-6:
         assert np.cos(yaw[0] - heading(tangent)) == pytest.approx(1)
@@ -192,5 +197,5 @@ def test_an_animal_that_stands_still_for_a_moment_faces_where_it_goes_next(
     curve: FloatArray, t: float, expected: float
 ) -> None:
     point, yaw = np.empty((1, 2)), np.empty(1)
-    running.stand(np.array([curve]), np.array([t]), point, yaw)
+    arrival.stand(np.array([curve]), np.array([t]), point, yaw)
     assert yaw[0] == pytest.approx(expected)

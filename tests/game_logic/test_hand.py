@@ -3,9 +3,9 @@ import pytest
 
 from farm_ar.arrays import FloatArray
 from farm_ar.errors import OptionError
-from farm_ar.game_logic import arm
-from farm_ar.game_logic.hand import HAND_RADIUS, MAX_HAND_SPEED, MAX_TWIST, HandState
-from farm_ar.game_logic.physics import TICK
+from farm_ar.game_logic.physics import gripper
+from farm_ar.game_logic.physics.gripper import HAND_RADIUS, MAX_HAND_SPEED, MAX_TWIST, HandState
+from farm_ar.game_logic.physics.state import TICK
 from farm_ar.game_logic.tabletop import HAND_ROOM, REACH, Tabletop
 from farm_ar.geometry import wrap
 from farm_ar.scenes import Layout
@@ -301,7 +301,7 @@ def test_a_carry_with_a_hand_that_holds_something_lets_go_of_that_first() -> Non
 
 @pytest.mark.parametrize("angle", [0.3, -20.0, 1e9, -1e20, 1e300])
 def test_the_heading_of_a_hand_that_has_turned_many_times_is_exact(angle: float) -> None:
-    assert arm.yaw_of(angle) == pytest.approx(float(wrap(-angle)), abs=1e-13)
+    assert gripper.yaw_of(angle) == pytest.approx(float(wrap(-angle)), abs=1e-13)
 
 
 @pytest.mark.parametrize(("place", "speed"), [((0.5, 0.4), 1e-9), ((1e300, 0.0), 1.0), ((np.nan, 0.0), 1.0)])

@@ -2,8 +2,16 @@ import numpy as np
 import pytest
 
 from farm_ar.arrays import FloatArray
-from farm_ar.game_logic.lanes import LANES, PATH_SPREAD_M, Lanes
-from farm_ar.game_logic.paths import CLEARANCE_M, clear_curve, door, running_curve, target
+from farm_ar.game_logic.animals.routes import (
+    CLEARANCE_M,
+    PATH_SPREAD_M,
+    ROUTES,
+    Routes,
+    clear_curve,
+    door,
+    running_curve,
+    target,
+)
 from farm_ar.geometry import bezier_point, bezier_tangent, heading, inside_footprint
 from farm_ar.scenes.builtin.farm import TABLE, farm
 
@@ -124,14 +132,14 @@ def test_a_curve_takes_the_least_bow_round_a_wall_and_keeps_to_the_table_if_it_c
 def test_lanes_are_the_same_curves() -> None:
     rng = np.random.default_rng(3)
     goals = np.flatnonzero(FARM.movable)
-    lanes = Lanes(goals, FARM.index("shed"), np.random.default_rng(3))
-    lanes.lead_to(FARM, (1.2, 0.8))
-    spread = PATH_SPREAD_M * rng.normal(size=(len(goals), LANES))
+    routes = Routes(goals, FARM.index("shed"), np.random.default_rng(3))
+    routes.lead_to(FARM, (1.2, 0.8))
+    spread = PATH_SPREAD_M * rng.normal(size=(len(goals), ROUTES))
     shed = FARM.index("shed")
     where = FARM.position[goals][:, None], FARM.yaw[goals][:, None]
     start = door(FARM.position[shed], FARM.yaw[shed], FARM.size[shed])
     curve = running_curve(start, FARM.yaw[shed], *where, spread).reshape(-1, 4, 2)
-    every = np.repeat(goals, LANES)
+    every = np.repeat(goals, ROUTES)
     expected = clear_curve(curve, every, FARM.position, FARM.yaw, FARM.size, FARM.movable, (1.2, 0.8))
-    np.testing.assert_allclose(lanes.lane[..., 3:].reshape(-1, 4, 2), expected, atol=1e-12)
-    np.testing.assert_array_equal(lanes.lane[..., 0], np.repeat(goals[:, None], LANES, axis=1))
+    np.testing.assert_allclose(routes.all["curve"].reshape(-1, 4, 2), expected, atol=1e-12)
+    np.testing.assert_array_equal(routes.all["goal"], np.repeat(goals[:, None], ROUTES, axis=1))

@@ -7,12 +7,16 @@ import pytest
 from numba.core.dispatcher import Dispatcher
 
 from farm_ar.arrays import FloatArray
-from farm_ar.game_logic import plane, wedges
 from farm_ar.game_logic.overlaps import deepest_overlap
+from farm_ar.game_logic.physics import overlap_resolution
+from farm_ar.game_logic.physics.state import Body
 from farm_ar.game_logic.tabletop import Tabletop
 from farm_ar.scenes import Layout
+from farm_ar.structs import Structs
 
-COMPILED = {name: kernel for name, kernel in vars(wedges).items() if isinstance(kernel, Dispatcher)}
+COMPILED = {
+    name: kernel for name, kernel in vars(overlap_resolution).items() if isinstance(kernel, Dispatcher)
+}
 COOP, SIZE = (0.10, 0.08, 0.09), (0.4, 0.3)
 
 
@@ -21,7 +25,7 @@ def mode(request: pytest.FixtureRequest) -> Iterator[str]:
     with pytest.MonkeyPatch.context() as patch:
         for name, kernel in COMPILED.items():
             if request.param == "python":
-                patch.setattr(wedges, name, kernel.py_func)
+                patch.setattr(overlap_resolution, name, kernel.py_func)
         yield request.param
 
 
@@ -39,16 +43,17 @@ def table(position: list[tuple[float, float]], yaw: list[float], fixed: int) -> 
     return Tabletop(layout, SIZE)
 
 
-def overlap_of(box: FloatArray, size: FloatArray) -> float:
-    return deepest_overlap(box[:, [plane.BOX_X, plane.BOX_Z]], -box[:, plane.BOX_ANGLE], size)
+def overlap_of(bodies: Structs[Body], size: FloatArray) -> float:
+    return deepest_overlap(np.stack([bodies["x"], bodies["z"]], axis=-1), -bodies["angle"], size)
 
 
 def test_the_depth_and_the_way_out_are_those_of_the_separating_axes(mode: str) -> None:
     rng, deep = np.random.default_rng(0), 0
     for _ in range(200):
         place, yaw = rng.uniform(0.1, 0.25, (2, 2)), rng.uniform(-np.pi, np.pi, 2)
-        box = table([tuple(p) for p in place], yaw.tolist(), 0).arrays[2].copy()
-        depth, x, z = wedges.depth_between(box, 0, 1)
+        box = table([tuple(p) for p in place], yaw.tolist(), 0).space.bodies.copy()
+        gap, x, z = overlap_resolution.separation(box, 0, 1)
+        depth = -gap
         expected = overlap_of(box, np.array([COOP] * 2))
         if expected > 0.05:  # there shadows that hold one another are measured in another way
             continue
@@ -56,8 +61,8 @@ def test_the_depth_and_the_way_out_are_those_of_the_separating_axes(mode: str) -
         assert np.hypot(x, z) == pytest.approx(1)
         if depth > 0:
             deep += 1
-            box[1, plane.BOX_X] += (depth + 1e-9) * x
-            box[1, plane.BOX_Z] += (depth + 1e-9) * z
+            box["x"][1] += (depth + 1e-9) * x
+            box["z"][1] += (depth + 1e-9) * z
             assert overlap_of(box, np.array([COOP] * 2)) < 1e-12
     assert deep > 20
 
@@ -65,31 +70,30 @@ def test_the_depth_and_the_way_out_are_those_of_the_separating_axes(mode: str) -
 def test_footprints_share_the_room_between_the_edge_and_what_never_moves(mode: str) -> None:
     """Two coops, 0.10 m wide each, of 0.2005 m; the first is over the edge, the second in the third."""
     narrow = table([(0.049, 0.15), (0.152, 0.15), (0.2505, 0.15)], [0.0] * 3, 2)
-    _, state, box = narrow.arrays
-    assert wedges.wedged(state, box)
+    state, box = narrow.space.states[0], narrow.space.bodies
+    assert overlap_resolution.has_overlap(state, box)
     freed = box.copy()
     for _ in range(200):
-        if wedges.push_apart(state, freed) <= 1e-5:
+        if overlap_resolution.push_apart(state, freed) <= 1e-5:
             break
     assert overlap_of(freed, narrow.layout.size) <= 1e-5
-    assert freed[0, plane.BOX_X] >= 0.05 - 1e-5
-    np.testing.assert_array_equal(freed[2], box[2])
-    np.testing.assert_allclose(freed[:, plane.BOX_Z], 0.15, atol=1e-12)
+    assert freed["x"][0] >= 0.05 - 1e-5
+    assert freed[2] == box[2]
+    np.testing.assert_allclose(freed["z"], 0.15, atol=1e-12)
 
 
 def test_what_stands_as_it_should_is_left(mode: str) -> None:
     clear = table([(0.0501, 0.15), (0.1503, 0.15), (0.3, 0.15)], [0.0] * 3, 2)
-    handle, state, box = clear.arrays
-    before = box.copy()
-    assert not wedges.wedged(state, box)
-    wedges.free_wedged(handle, state, box)
-    np.testing.assert_array_equal(box, before)
+    state, box = clear.space.states[0], clear.space.bodies
+    before = box.tobytes()
+    assert not overlap_resolution.has_overlap(state, box)
+    overlap_resolution.resolve_overlaps(state, box)
+    assert box.tobytes() == before
 
 
 def test_where_there_is_no_room_at_all_it_ends_all_the_same(mode: str) -> None:
     full = table([(0.05, 0.15), (0.13, 0.15), (0.21, 0.15)], [0.0] * 3, 2)
-    handle, state, box = full.arrays
-    wedges.free_wedged(handle, state, box)
+    overlap_resolution.resolve_overlaps(full.space.states[0], full.space.bodies)
     full.settle()
     assert np.isfinite(full.poses()[0]).all()
 

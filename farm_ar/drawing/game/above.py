@@ -29,8 +29,8 @@ from farm_ar.drawing.game.scenery import Scenery
 from farm_ar.drawing.game.sprites import paste_art
 from farm_ar.drawing.game.text import BOLD, text_sprite
 from farm_ar.drawing.game.viewport import Viewport, viewport_on
+from farm_ar.game_logic.animals.routes import door
 from farm_ar.game_logic.moment import Moment
-from farm_ar.game_logic.paths import door
 from farm_ar.geometry import direction, footprint_corners, voronoi_cells
 from farm_ar.scenes import Camera, Layout, Scene
 

@@ -11,8 +11,7 @@ and two ints, is understood. By the calling conventions of 64-bit x86 and ARM, b
 travels like two doubles, the latter like two addresses. Where that does not hold, `BRIDGED` is false,
 `compiled` leaves functions as they are, and the same code runs in Python, through cffi, to the same bytes.
 
-Nobody but `plane_parts` and what works on a `plane` needs to know of this. Whoever makes an object here has
-to free it.
+Nobody outside this package needs to know of this. Whoever makes an object here has to free it.
 """
 
 from __future__ import annotations

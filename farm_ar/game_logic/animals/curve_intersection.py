@@ -1,4 +1,4 @@
-"""Compiled: where a curve first enters a footprint.
+"""Kernels: where a curve first enters a footprint.
 
 It is solved for, not stepped up to: no corner is clipped so slightly that it is missed.
 """
@@ -8,9 +8,10 @@ from __future__ import annotations
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray
-from farm_ar.game_logic import arc_length
-from farm_ar.game_logic.arc_length import Polynomial
+from farm_ar.geometry import arc_length, rectangles
+from farm_ar.geometry.arc_length import Polynomial
 from farm_ar.kernels import compiled
+from farm_ar.structs import Struct, Structs, struct_dtype
 
 NOWHERE = -1
 """In place of a building: inside nothing."""
@@ -21,32 +22,70 @@ ROUNDING = 1e-12
 _PIECES = 4  # of a curve, looked at one by one for whether they can meet a footprint
 
 
-@compiled
-def boxes(position: FloatArray, yaw: FloatArray, size: FloatArray, obstacles: BoolArray) -> FloatArray:
-    """Footprints of N buildings as `footprint_entry` wants them.
+class Footprint(Struct):
+    """The footprint of a building as an obstacle; all NaN, and so nowhere, for one that is none."""
 
-    Returns:
-        (N, 8) x and z of the centre, sine and cosine of the yaw, half the width and half the depth, how far
-        the footprint reaches along x and along z; nowhere (NaN) for those that are no obstacles.
+    x: float
+    """Centre, metres."""
+    z: float
+    sine: float
+    """Of the yaw."""
+    cosine: float
+    half_width: float
+    half_depth: float
+    reach_x: float
+    """How far it reaches from its centre along x and along z, metres."""
+    reach_z: float
+
+
+_FOOTPRINT = struct_dtype(Footprint)
+
+
+@compiled
+def footprints(
+    position: FloatArray, yaw: FloatArray, size: FloatArray, obstacles: BoolArray
+) -> Structs[Footprint]:
+    """(N,) footprints of N buildings.
+
+    Args:
+        position: (N, 2) centres, metres.
+        yaw: (N,) headings, radians.
+        size: (N, 3) width, height, depth, metres.
+        obstacles: (N,) those that are one.
     """
-    box = np.full((len(yaw), 8), np.nan)
+    made: Structs[Footprint] = np.empty(len(yaw), _FOOTPRINT)  # type: ignore[assignment]
     for i in range(len(yaw)):
+        own = made[i]
+        own.x = own.z = own.sine = own.cosine = np.nan
+        own.half_width = own.half_depth = own.reach_x = own.reach_z = np.nan
         if obstacles[i]:
-            sine, cosine = np.sin(yaw[i]), np.cos(yaw[i])
-            width, depth = size[i, 0] / 2, size[i, 2] / 2
-            box[i, 0], box[i, 1], box[i, 2], box[i, 3] = position[i, 0], position[i, 1], sine, cosine
-            box[i, 4], box[i, 5] = width, depth
-            box[i, 6] = abs(cosine) * width + abs(sine) * depth + ROUNDING
-            box[i, 7] = abs(sine) * width + abs(cosine) * depth + ROUNDING
-    return box
+            own.x, own.z, own.sine, own.cosine = (
+                position[i, 0],
+                position[i, 1],
+                np.sin(yaw[i]),
+                np.cos(yaw[i]),
+            )
+            own.half_width, own.half_depth = size[i, 0] / 2, size[i, 2] / 2
+            wide, deep = rectangles.half_extent(-yaw[i], own.half_width, own.half_depth)
+            own.reach_x, own.reach_z = wide + ROUNDING, deep + ROUNDING
+    return made
 
 
 @compiled
-def standing_at(x: float, z: float, box: FloatArray) -> int:
-    """Which of the footprints (N, 8) a point is in, edges included; of several the least, NOWHERE if none."""
-    for i in range(len(box)):
-        dx, dz, sine, cosine = x - box[i, 0], z - box[i, 1], box[i, 2], box[i, 3]
-        if abs(dx * cosine - dz * sine) <= box[i, 4] and abs(dx * sine + dz * cosine) <= box[i, 5]:
+def inside(own: Footprint, x: float, z: float) -> bool:
+    """Whether a point is in a footprint, edges included."""
+    dx, dz = x - own.x, z - own.z
+    return bool(
+        abs(dx * own.cosine - dz * own.sine) <= own.half_width
+        and abs(dx * own.sine + dz * own.cosine) <= own.half_depth
+    )
+
+
+@compiled
+def standing_at(x: float, z: float, buildings: Structs[Footprint]) -> int:
+    """Which of the footprints (N,) a point is in, edges included; of several the least, NOWHERE if none."""
+    for i in range(len(buildings)):
+        if inside(buildings[i], x, z):
             return i
     return NOWHERE
 
@@ -90,7 +129,7 @@ def strip_entry(a: float, b: float, c: float, d: float, half: float, begin: floa
 
 
 @compiled
-def footprint_entry(p: Polynomial, begin: float, end: float, box: FloatArray) -> float:
+def footprint_entry(p: Polynomial, begin: float, end: float, own: Footprint) -> float:
     """First parameter from `begin` to `end` at which a curve is in a footprint, edges included; 2 for never.
 
     In the footprint's own axes the curve is cut where either coordinate turns round. On each piece both are
@@ -101,9 +140,10 @@ def footprint_entry(p: Polynomial, begin: float, end: float, box: FloatArray) ->
         p: the curve.
         begin: where to look from.
         end: where to look to.
-        box: (8,) a row of `boxes`.
+        own: the footprint.
     """
-    x, z, sine, cosine, half_width, half_depth = box[0], box[1], box[2], box[3], box[4], box[5]
+    x, z, sine, cosine = own.x, own.z, own.sine, own.cosine
+    half_width, half_depth = own.half_width, own.half_depth
     xa, xb = cosine * (p[0] - x) - sine * (p[4] - z), cosine * p[1] - sine * p[5]
     xc, xd = cosine * p[2] - sine * p[6], cosine * p[3] - sine * p[7]
     za, zb = sine * (p[0] - x) + cosine * (p[4] - z), sine * p[1] + cosine * p[5]

@@ -9,10 +9,11 @@ import numpy.typing as npt
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray, read_only
 from farm_ar.errors import OptionError
-from farm_ar.game_logic import arc_length, entering, running
-from farm_ar.game_logic.paths import clear_curve, door, running_curve, target
-
-__all__ = ["Arrivals", "Flock", "clear_curve", "door", "running_curve", "target"]
+from farm_ar.game_logic.animals import arrival
+from farm_ar.game_logic.animals.arrival import Animal, Clock, Due, Herd
+from farm_ar.game_logic.animals.curve_intersection import Footprint, footprints
+from farm_ar.geometry import arc_length
+from farm_ar.structs import Structs, new_structs, words_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,24 +54,23 @@ class Flock:
         if not (np.isfinite(speed) and speed > 0):
             raise OptionError("speed", "must be a positive number of metres a second", speed)
         self.speed = float(speed)
-        self.clock = np.zeros(running.CLOCKS)
-        self.clock[running.PACE], self.clock[running.NEXT] = self.speed, np.inf
-        self._queue = np.empty((0, running.TURN))
-        self._animal = np.empty((0, running.ANIMAL))
-        self.box: FloatArray | None = None
+        self.herd = Herd(new_structs(Clock, 1), new_structs(Due, 0), new_structs(Animal, 0))
+        clocks = self.herd.clocks
+        clocks["speed"], clocks["next"] = self.speed, np.inf
+        self.buildings: Structs[Footprint] | None = None
 
     def __len__(self) -> int:
-        return int(self.clock[running.RUNNERS])
+        return int(self.herd.clocks["running"].item())
 
     @property
-    def arrays(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Queue, animals and clock, for compiled kernels."""
-        return self._queue, self._animal, self.clock
+    def now(self) -> float:
+        """The time, seconds."""
+        return float(self.herd.clocks["now"].item())
 
     @property
     def goal(self) -> IntArray:
         """(A,) index of the label that each animal wants to get to."""
-        goal: IntArray = self._animal[self._live, running.GOAL].astype(np.int64)
+        goal: IntArray = self.herd.animals["goal"][self._live]
         return goal
 
     @property
@@ -105,26 +105,28 @@ class Flock:
             raise ValueError(
                 f"goal and curve must be (K,) and (K, 4, 2), got {goals.shape} and {curves.shape}"
             )
-        begin = self.clock[running.NOW] + np.broadcast_to(np.asarray(delay, dtype=np.float64), goals.shape)
+        begin = self.now + np.broadcast_to(np.asarray(delay, dtype=np.float64), goals.shape)
         if not (np.isfinite(curves).all() and np.isfinite(begin).all()):
             raise ValueError("curve and delay must be finite")
         live, more = len(self), len(goals)
         self.make_room(more)
         slots = self._slots(live, live + more)
-        self._animal[slots, running.GOAL], self._animal[slots, running.ZERO] = goals, begin
-        self.clock[running.RUNNERS] = live + more
-        self._set_curves(slots, curves)
+        animals = self.herd.animals
+        animals["goal"][slots], animals["start"][slots], animals["curve"][slots] = goals, begin, curves
+        self.herd.clocks["running"] = live + more
+        self.buildings = None
 
     def make_room(self, more: int) -> None:
         """Have room for so many animals more."""
-        held, needed = len(self._queue), len(self) + more
+        clocks, before, known = self.herd
+        held, needed = len(before), len(self) + more
         if needed <= held:
             return
-        room = max(needed, 2 * held, 64) - held
-        free = np.zeros((room, running.TURN))
-        free[:, running.SLOT] = np.arange(held, held + room)
-        self._queue = np.concatenate([self._queue, free])
-        self._animal = np.concatenate([self._animal, np.zeros((room, running.ANIMAL))])
+        room = max(needed, 2 * held, 64)
+        queue, animals = new_structs(Due, room), new_structs(Animal, room)
+        queue["slot"] = np.arange(room)
+        queue[:held], animals[:held] = before, known
+        self.herd = Herd(clocks, queue, animals)
 
     def redirect(self, goal_end: FloatArray, changed: BoolArray) -> None:
         """Move the ends of the curves that lead to labels now believed elsewhere.
@@ -145,8 +147,8 @@ class Flock:
             raise ValueError(
                 f"goal_end and changed must be (M, 2) and (M,), got {goal_end.shape}, {changed.shape}"
             )
-        if running.redirect(*self.arrays, np.array(goal_end, order="C"), np.array(changed)):
-            self.box = None
+        if arrival.redirect(self.herd, np.array(goal_end, order="C"), np.array(changed)):
+            self.buildings = None
 
     def play(
         self, seconds: float, position: FloatArray, yaw: FloatArray, size: FloatArray, obstacles: BoolArray
@@ -173,23 +175,23 @@ class Flock:
         if not 0 <= seconds < np.inf:
             raise ValueError(f"seconds must be finite and not negative, got {seconds}")
         self.look_ahead(position, yaw, size, obstacles)
-        begin = self.clock[running.NOW]
-        arrived = running.take_in(self._queue, self.clock, begin + seconds)
+        begin = self.now
+        arrived = arrival.take_in(self.herd, begin + seconds)
         if not arrived:
             return _NOBODY
         live = len(self)
-        due = self._queue[live : live + arrived, running.DUE]
-        first = np.argsort(due, kind="stable")
-        home = self._animal[self._slots(live, live + arrived)[first], : running.ZERO].astype(np.int64)
-        return Arrivals(home[:, running.GOAL], home[:, running.INTO], due[first] - begin)
+        time = self.herd.queue["time"][live : live + arrived]
+        first = np.argsort(time, kind="stable")
+        home = self.herd.animals[self._slots(live, live + arrived)[first]]
+        return Arrivals(home["goal"], home["into"], time[first] - begin)
 
     def look_ahead(
         self, position: FloatArray, yaw: FloatArray, size: FloatArray, obstacles: BoolArray
-    ) -> FloatArray | None:
+    ) -> Structs[Footprint]:
         """Find out anew who arrives where and when, if the buildings have moved; arguments as for `play`.
 
         Returns:
-            Their footprints, as `entering.boxes` has them, if they have; else None.
+            (N,) their footprints.
         """
         # Copies, because read-only or transposed arrays would have the kernels compiled once more.
         centre, turned = np.array(position, np.float64, order="C"), np.array(yaw, np.float64, order="C")
@@ -200,12 +202,11 @@ class Flock:
             raise ValueError(
                 f"position, yaw, size, obstacles must be (N, 2), (N,), (N, 3), (N,), got {shapes}"
             )
-        box = entering.boxes(centre, turned, sides, enterable)
-        if self.box is not None and np.array_equal(self.box, box, equal_nan=True):
-            return None
-        self.box = box
-        running.foresee(*self.arrays, box)
-        return box
+        buildings = footprints(centre, turned, sides, enterable)
+        before, self.buildings = self.buildings, buildings
+        if before is None or not np.array_equal(words_of(before), words_of(buildings), equal_nan=True):
+            arrival.foresee(self.herd, buildings)
+        return buildings
 
     @property
     def _live(self) -> IntArray:
@@ -214,18 +215,18 @@ class Flock:
 
     def _slots(self, begin: int, end: int) -> IntArray:
         """Slots of a part of the queue."""
-        slots: IntArray = self._queue[begin:end, running.SLOT].astype(np.int64)
+        slots: IntArray = self.herd.queue["slot"][begin:end]
         return slots
 
     def _along(self, slots: IntArray) -> FloatArray:
         """(C,) how far they have run, metres; 0 for those that wait."""
-        ran = self.speed * (self.clock[running.NOW] - self._animal[slots, running.ZERO])
+        ran = self.speed * (self.now - self.herd.animals["start"][slots])
         along: FloatArray = np.maximum(ran, 0.0)
         return along
 
     def _curves(self, slots: IntArray) -> tuple[FloatArray, FloatArray]:
         """(C, 4, 2) the curves of animals, and (C,) the parameters where they are on them."""
-        curve = self._animal[slots, running.CURVE :].reshape(-1, 4, 2)
+        curve: FloatArray = self.herd.animals["curve"][slots]
         parameter = np.empty(len(curve))
         arc_length.locate(curve, self._along(slots), parameter)
         return curve, parameter
@@ -233,20 +234,15 @@ class Flock:
     def _stand(self) -> tuple[FloatArray, FloatArray]:
         """(A, 2) positions and (A,) headings."""
         position, yaw = np.empty((len(self), 2)), np.empty(len(self))
-        running.stand(*self._curves(self._live), position, yaw)
+        arrival.stand(*self._curves(self._live), position, yaw)
         return position, yaw
 
     def _rest(self, slots: IntArray) -> FloatArray:
         """(C, 4, 2) what is left of the curves of animals, from exactly where they stand."""
         curve, parameter = self._curves(slots)
         rest = np.empty_like(curve)
-        running.cut(curve, parameter, rest)
+        arrival.cut(curve, parameter, rest)
         return rest
-
-    def _set_curves(self, slots: IntArray, curve: FloatArray) -> None:
-        """Give animals other curves, (C, 4, 2)."""
-        self._animal[slots, running.CURVE :] = curve.reshape(-1, 8)
-        self.box = None
 
 
 _NOBODY = Arrivals(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty(0))

@@ -1,14 +1,20 @@
-"""What a camera sees: bearings, fields of view and the camera's own axes.
+"""What a camera sees: bearings, fields of view and the camera's own axes; one camera also for kernels.
 
 Camera arrays have batch dimensions (...), points have one more, (..., N, 2) or (..., N, 3): every camera of a
 batch meets its own N points and results are (..., N). One camera and N points is the case without batch
 dimensions; one set of points for many cameras, and one camera for many sets of points, broadcast.
 """
 
+from __future__ import annotations
+
+from math import atan2, cos, pi, sin
+
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray
-from farm_ar.geometry.angles import FULL_TURN, direction, heading, wrap
+from farm_ar.geometry.angles import FULL_TURN, direction, heading, wrap, wrap_angle
+from farm_ar.kernels import compiled
+from farm_ar.structs import Struct
 
 
 def bearing(camera_position: FloatArray, camera_yaw: float | FloatArray, points: FloatArray) -> FloatArray:
@@ -163,3 +169,59 @@ def _from_camera(camera_position: FloatArray, points: FloatArray) -> FloatArray:
     """(..., N, 2) from each camera to its points."""
     offset: FloatArray = np.asarray(points) - np.asarray(camera_position)[..., None, :]
     return offset
+
+
+class Eye(Struct):
+    """One camera, for kernels."""
+
+    x: float
+    """Where it is, metres."""
+    z: float
+    yaw: float
+    left: float
+    """How far its view reaches to either side, radians, and how far, metres."""
+    right: float
+    range_m: float
+    vertical: bool
+    """Whether its view has an upper and a lower edge."""
+    height: float
+    pitch: float
+    up: float
+    down: float
+    sine: float
+    """Of its heading, and of the edges of its view."""
+    cosine: float
+    left_sine: float
+    left_cosine: float
+    right_sine: float
+    right_cosine: float
+    wedge: bool
+    """Whether its view is less than half a turn, and straight lines cross it in one piece."""
+
+
+@compiled
+def bearing_to(eye: Eye, x: float, z: float) -> float:
+    """`bearing` of one point (x, z), metres."""
+    return wrap_angle(atan2(x - eye.x, z - eye.z) - eye.yaw)
+
+
+@compiled
+def sees(eye: Eye, x: float, y: float, z: float) -> bool:
+    """Whether a camera sees a point (x, z), metres, y above the table: `in_view` and `in_vertical_view`."""
+    dx, dz = x - eye.x, z - eye.z
+    if dx * dx + dz * dz > eye.range_m * eye.range_m:
+        return False
+    if dx != 0 or dz != 0:
+        angle = bearing_to(eye, x, z)
+        ahead = -eye.left <= angle <= eye.right
+        if not (ahead or angle + 2 * pi <= eye.right or -eye.left <= angle - 2 * pi):
+            return False
+    if eye.vertical:
+        dy = y - eye.height
+        level = dx * eye.sine + dz * eye.cosine
+        up = dy * cos(eye.pitch) - level * sin(eye.pitch)
+        forward = dy * sin(eye.pitch) + level * cos(eye.pitch)
+        if forward <= 0:
+            return bool(dx == 0 and dy == 0 and dz == 0)
+        return bool(-eye.down <= atan2(up, forward) <= eye.up)
+    return True

@@ -1,4 +1,4 @@
-"""Compiled: arc length along cubic Béziers, to rounding everywhere.
+"""Kernels: arc length along cubic Béziers, to rounding everywhere.
 
 A curve is worked with as its polynomials: x(t) = p[0] + p[1] t + p[2] t² + p[3] t³, and z(t) alike with p[4]
 to p[7]. Its arc length is tabulated at up to KNOTS parameters, closer together where it nearly stops (at a
