@@ -1,4 +1,7 @@
-"""A rule of your own is a class with `identify`; here it is set beside the paper's on the same snapshots."""
+"""A re-identifier of your own is a class with `identify`; here it stands beside the paper's method.
+
+In this folder, `farm-ar stress --reid your_own_reidentifier:GreedyReid` measures how little defeats it.
+"""
 
 import numpy as np
 
@@ -26,20 +29,25 @@ class GreedyReid:
         return Identification(tuple(labels), cost, self.layout.labels)
 
 
-scene = builtin_scene("M1")
-rules: dict[str, Reidentifier] = {"greedy": GreedyReid(scene), "spatial": SpatialReid(scene)}
-cameras = scene.camera_path.cameras(40, scene.fov)
-rng = np.random.default_rng(0)
+def main() -> None:
+    scene = builtin_scene("M1")
+    methods: dict[str, Reidentifier] = {"greedy": GreedyReid(scene), "spatial": SpatialReid(scene)}
+    cameras = scene.camera_path.cameras(40, scene.fov)
+    rng = np.random.default_rng(0)
 
-print(f"Mean accuracy in {scene.name}, over 10 layouts seen from 40 places, for each translation noise:")
-print("".join(f"{heading:>10}" for heading in ("SD, m", *rules)))
-for sd in (0.1, 0.3, 0.5):
-    noise = LayoutNoise.of(translation_sd=sd, rotation_sd_deg=20)
-    scores: dict[str, list[float]] = {name: [] for name in rules}
-    for _ in range(10):
-        layout = noise.disturb(scene.layout, scene.size, rng)
-        for i in range(40):
-            snapshot, truth = observe(layout, cameras.at(i))
-            for name, rule in rules.items():
-                scores[name].append(accuracy(rule.identify(snapshot), truth))
-    print(f"{sd:10}" + "".join(f"{np.nanmean(score):10.2f}" for score in scores.values()))
+    print(f"Mean accuracy in {scene.name}, over 10 layouts seen from 40 places, for each translation noise:")
+    print("".join(f"{heading:>10}" for heading in ("SD, m", *methods)))
+    for sd in (0.1, 0.3, 0.5):
+        noise = LayoutNoise.of(translation_sd=sd, rotation_sd_deg=20)
+        scores: dict[str, list[float]] = {name: [] for name in methods}
+        for _ in range(10):
+            layout = noise.disturb(scene.layout, scene.size, rng)
+            for i in range(40):
+                snapshot, truth = observe(layout, cameras.at(i))
+                for name, method in methods.items():
+                    scores[name].append(accuracy(method.identify(snapshot), truth))
+        print(f"{sd:10}" + "".join(f"{np.nanmean(score):10.2f}" for score in scores.values()))
+
+
+if __name__ == "__main__":
+    main()

@@ -20,7 +20,6 @@ from farm_ar.errors import OptionError
 
 _FILTER = "pad=ceil(iw/2)*2:ceil(ih/2)*2"
 _QUALITY = 20  # x264's constant rate factor: lower is better and larger
-_GIF_COLOURS = 192
 _GIF_SAMPLES = 8
 _RARE_COLOURS = 0.4  # power of how often a colour occurs that it counts for
 
@@ -75,7 +74,13 @@ def write_mp4(path: str | os.PathLike[str], frames: Frames, fps: float) -> None:
         _encode([*command, "-f", "mp4", str(temporary)], chain([first], rest))
 
 
-def write_gif(path: str | os.PathLike[str], frames: Frames, fps: float, width: int | None = None) -> None:
+def write_gif(
+    path: str | os.PathLike[str],
+    frames: Frames,
+    fps: float,
+    width: int | None = None,
+    colours: int = 192,
+) -> None:
     """Write a film as a GIF that repeats, all frames with the same few colours.
 
     Args:
@@ -83,24 +88,25 @@ def write_gif(path: str | os.PathLike[str], frames: Frames, fps: float, width: i
         frames: (H, W, 3) pictures, red, green, blue, all of one size.
         fps: frames a second, at most 50; GIFs count in hundredths of a second.
         width: of the GIF, pixels, the height follows; by default that of the frames.
+        colours: how many different ones, 2 to 256; fewer make a smaller file.
 
     Raises:
         OptionError: there is no frame, a frame is no such picture or of another size, `fps` is not positive
-            or above 50, or the width is not positive.
+            or above 50, the width is not positive, or `colours` is outside 2 to 256.
     """
     from PIL import Image as Pillow
 
     if width is not None and width < 1:
         raise OptionError("width", "must be a positive number of pixels", width)
+    if not 2 <= colours <= 256:
+        raise OptionError("colours", "must be from 2 to 256", colours)
     if fps > 50:
         raise OptionError("fps", "must be at most 50 in a GIF", fps)
     first, rest = _checked(frames, fps)
     small = [_resized(frame, width) for frame in chain([first], rest)]
     step = max(1, len(small) // _GIF_SAMPLES)
     sample = Pillow.fromarray(_colour_sample(np.stack(small[::step])))
-    palette = sample.quantize(
-        _GIF_COLOURS, method=Pillow.Quantize.MEDIANCUT, kmeans=2, dither=Pillow.Dither.NONE
-    )
+    palette = sample.quantize(colours, method=Pillow.Quantize.MEDIANCUT, kmeans=2, dither=Pillow.Dither.NONE)
     images = [Pillow.fromarray(frame).quantize(palette=palette, dither=Pillow.Dither.NONE) for frame in small]
     ends = np.rint(100 * np.arange(len(images) + 1) / fps).astype(int)
     durations = (10 * np.diff(ends)).tolist()

@@ -84,7 +84,7 @@ def table2(setting: Setting) -> Report:
         rows,
         comparisons,
         _ablation_figure(scores),
-        note="The paper wandered once through one noisy layout (62 snapshots).",
+        note="The paper's camera walked once through one noisy layout (62 snapshots).",
     )
 
 

@@ -151,6 +151,21 @@ def test_a_gif_of_impossible_width_or_rate_is_refused(tmp_path: Path):
         write_gif(tmp_path / "film.gif", film(), 60)
 
 
+@pytest.mark.parametrize("colours", [1, 257])
+def test_a_gif_of_an_impossible_number_of_colours_is_refused(tmp_path: Path, colours: int):
+    with pytest.raises(OptionError, match="colours: must be from 2 to 256"):
+        write_gif(tmp_path / "film.gif", film(), 10, colours=colours)
+
+
+def test_a_gif_has_at_most_as_many_colours_as_are_asked_for(tmp_path: Path):
+    ramp = np.repeat(np.arange(0, 240, 2, dtype=np.uint8)[None, :, None], 3, axis=2).repeat(16, axis=0)
+    for colours in (5, 60):
+        write_gif(tmp_path / "film.gif", [ramp], 10, colours=colours)
+        with Pillow.open(tmp_path / "film.gif") as gif:
+            shown = np.unique(np.asarray(gif.convert("RGB")).reshape(-1, 3), axis=0)
+        assert colours / 2 < len(shown) <= colours
+
+
 def test_what_ffmpeg_says_is_passed_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr("farm_ar.drawing.video._FILTER", "nosuchfilter")
     with pytest.raises(RuntimeError, match=r"ffmpeg failed: .*nosuchfilter"):
