@@ -17,7 +17,7 @@ BEGIN, END = "<!-- headroom: begin -->", "<!-- headroom: end -->"
 def section(rows: list[dict[str, str | int | float | None]]) -> str:
     """The goals and the tables."""
     report = report_of(rows, int(rows[0]["layouts"] or 0))
-    lines = ["| | the paper's rule | `likelihood` | |", "|---|---|---|---|"]
+    lines = ["| | the paper's method | `likelihood` | |", "|---|---|---|---|"]
     lines += [f"| {c.what} | {c.paper} | {c.ours} | {c.spread} |" for c in report.comparisons]
     return "\n".join(lines) + f"\n\n{report.tables}"
 

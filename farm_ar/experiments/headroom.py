@@ -1,4 +1,4 @@
-"""How much better than the paper's rule one can do: every rule on the same snapshots, and the bound."""
+"""How much better than the paper's method one can do: every method on the same snapshots, and the bound."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from farm_ar.arrays import FloatArray
-from farm_ar.experiments.headroom_report import BOUND, JITTER, PAPER_RULE, report_of
+from farm_ar.experiments.headroom_report import BOUND, JITTER, PAPER_METHOD, report_of
 from farm_ar.experiments.patterns import PATTERNS, Case, jitter
 from farm_ar.experiments.report import Report
 from farm_ar.experiments.setting import (
@@ -41,8 +41,8 @@ ROTATIONS = (15, 30, 60, 120)
 BINS = 50
 """Of confidence, 0 to 1."""
 
-RULES: dict[str, ReidFactory] = {
-    **{name: REIDENTIFIERS[name] for name in (PAPER_RULE, "spatial", "likelihood", "relational")},
+METHODS: dict[str, ReidFactory] = {
+    **{name: REIDENTIFIERS[name] for name in (PAPER_METHOD, "spatial", "likelihood", "relational")},
     "nearest-ungated": partial(NearestReid, gate_categories=False),
     "distance-ungated": partial(DistanceReid, gate_categories=False),
     "last-known": LastKnownReid,
@@ -74,22 +74,22 @@ def run_unit(
     scene: Scene,
     layouts: int,
     rng: np.random.Generator,
-    rules: Mapping[str, ReidFactory] = RULES,
+    methods: Mapping[str, ReidFactory] = METHODS,
 ) -> list[Row]:
-    """A row for each rule: its accuracy, and how many answers of each confidence were right.
+    """A row for each method: its accuracy, and how many answers of each confidence were right.
 
     Args:
         unit: what to run.
         scene: the unit's scene.
         layouts: how many noisy layouts, each seen along the whole path.
-        rng: where the randomness comes from; all rules get the same snapshots.
-        rules: makes each rule, by name.
+        rng: where the randomness comes from; all methods get the same snapshots.
+        methods: makes each method, by name.
     """
     if unit.pattern == JITTER:
         case = jitter(scene, LayoutNoise.of(unit.translation, unit.rotation), layouts, rng)
     else:
         case = PATTERNS[unit.pattern](scene, layouts, rng)
-    reids = {name: make(scene) for name, make in rules.items()}
+    reids = {name: make(scene) for name, make in methods.items()}
     if case.noise is not None:
         reids[BOUND] = LikelihoodReid(scene, LikelihoodOptions(noise=case.noise, rates=(case.rates,)))
     return [
@@ -98,7 +98,7 @@ def run_unit(
 
 
 def identify_all(reid: Reidentifier, batch: SnapshotBatch) -> IdentificationBatch:
-    """The answers of a rule to many snapshots, one by one where it has no batched form."""
+    """The answers of a method to many snapshots, one by one where it has no batched form."""
     many = getattr(reid, "identify_many", None)
     if many is not None:
         found: IdentificationBatch = many(batch)
@@ -116,7 +116,7 @@ def identify_all(reid: Reidentifier, batch: SnapshotBatch) -> IdentificationBatc
     return IdentificationBatch(names, label, cost, every, np.zeros(len(batch), bool), confidence=confidence)
 
 
-def _row(unit: Unit, rule: str, found: IdentificationBatch, case: Case, layouts: int) -> Row:
+def _row(unit: Unit, method: str, found: IdentificationBatch, case: Case, layouts: int) -> Row:
     batch = case.snapshots
     assert batch.truth is not None
     accuracy = batch_accuracy(found.label, batch.truth, batch.count)
@@ -129,7 +129,7 @@ def _row(unit: Unit, rule: str, found: IdentificationBatch, case: Case, layouts:
         "pattern": unit.pattern,
         "translation_sd_m": unit.translation,
         "rotation_sd_deg": unit.rotation,
-        "rule": rule,
+        "rule": method,
         "accuracy": mean,
         "sd_of_layout_means": sd_of_layouts,
         "layouts": layouts,
@@ -141,7 +141,7 @@ def _row(unit: Unit, rule: str, found: IdentificationBatch, case: Case, layouts:
 def _by_confidence(confidence: FloatArray, right: FloatArray) -> dict[str, str | int | float | None]:
     """How many answers there are in each bin of confidence, their mean confidence, and how many are right.
 
-    Three lists of numbers in text, so that a row stays a row; empty where the rule does not say.
+    Three lists of numbers in text, so that a row stays a row; empty where the method does not say.
     """
     if not len(confidence) or np.isnan(confidence).all():
         return {"answers": "", "sure": "", "right": ""}
@@ -157,7 +157,7 @@ def _by_confidence(confidence: FloatArray, right: FloatArray) -> dict[str, str |
 
 
 def headroom(setting: Setting) -> Report:
-    """Every rule in every cell of the table and under every pattern."""
+    """Every method in every cell of the table and under every pattern."""
     parameters = [
         setting.scene_parameters(unit.scene)
         | unit._asdict()
@@ -179,9 +179,9 @@ def every_rule(
     rotation: int,
     own: Iterable[str] = (),
 ) -> list[Row]:
-    """A unit of the sweep: a row for each rule, the user's own included."""
+    """A unit of the sweep: a row for each method, the user's own included."""
     index = (SCENES.index(scene), [JITTER, *PATTERNS].index(pattern))
     rng = piece_rng(seed, 4, *index, round(translation * 10), rotation)
-    rules = RULES | {name: load_reid(name) for name in own}
+    methods = METHODS | {name: load_reid(name) for name in own}
     unit = Unit(scene, pattern, translation, rotation)
-    return run_unit(unit, named_scene(scene, file), layouts, rng, rules)
+    return run_unit(unit, named_scene(scene, file), layouts, rng, methods)

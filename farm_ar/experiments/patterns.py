@@ -1,4 +1,4 @@
-"""Ways in which a scene gets untidy, or is seen badly, beyond the paper's noise: what a rule may meet."""
+"""Ways in which a scene gets untidy, or is seen badly, beyond the paper's noise: what a method may meet."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Things that moved together, and frames that drifted: every rule on the same snapshots."""
+"""Things that moved together, and frames that drifted: every method on the same snapshots."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from farm_ar.arrays import BoolArray, FloatArray
-from farm_ar.experiments.headroom import RULES as EVERY_RULE
+from farm_ar.experiments.headroom import METHODS as EVERY_RULE
 from farm_ar.experiments.headroom import identify_all
-from farm_ar.experiments.headroom_report import PAPER_RULE
+from farm_ar.experiments.headroom_report import PAPER_METHOD
 from farm_ar.experiments.report import (
     OTHER,
     OURS,
@@ -48,7 +48,7 @@ DRIFT_M, DRIFT_TURN = 0.1, float(np.deg2rad(5.0))
 CALM, USUAL = (0.014, 15.0), (0.042, 30.0)
 """SDs of how each label moves on its own, by the room's diagonal and in degrees: .1, .3 m in one of 7 m."""
 
-RULES: dict[str, ReidFactory] = {name: make for name, make in EVERY_RULE.items() if name != "spatial"}
+METHODS: dict[str, ReidFactory] = {name: make for name, make in EVERY_RULE.items() if name != "spatial"}
 
 
 class Unit(NamedTuple):
@@ -120,14 +120,14 @@ def run_unit(
     layouts: int,
     poses: int,
     rng: np.random.Generator,
-    rules: Mapping[str, ReidFactory] = RULES,
+    methods: Mapping[str, ReidFactory] = METHODS,
 ) -> list[Row]:
-    """A row for each rule; all get the same snapshots."""
+    """A row for each method; all get the same snapshots."""
     batch = PATTERNS[unit.pattern](scene, layouts, poses, rng)
     assert batch.truth is not None
     exists = np.arange(batch.yaw.shape[1]) < batch.count[:, None]
     rows: list[Row] = []
-    for name, make in rules.items():
+    for name, make in methods.items():
         found = identify_all(make(scene), batch)
         right = (found.label == batch.truth)[exists]
         confidence = found.confidence[exists]
@@ -154,7 +154,7 @@ def calibration_error(confidence: FloatArray, right: BoolArray, bins: int = 10) 
 
 
 def relations(setting: Setting) -> Report:
-    """Every rule where things moved together or the frame drifted, and where nothing of the kind happened."""
+    """Every method where objects moved together or the frame drifted, and where neither happened."""
     poses = QUICK_POSES if setting.quick else POSES
     places = {name: setting.scene_parameters(name) for name in SCENES} | {FARM: {"scene": FARM, "file": None}}
     parameters = [
@@ -172,7 +172,7 @@ def relations(setting: Setting) -> Report:
         [
             Comparison(
                 f"accuracy, {pattern}",
-                f"{_mean(rows, PAPER_RULE, pattern):.3f}",
+                f"{_mean(rows, PAPER_METHOD, pattern):.3f}",
                 f"{_mean(rows, 'relational', pattern):.3f}",
                 f"likelihood: {_mean(rows, 'likelihood', pattern):.3f}",
             )
@@ -180,7 +180,7 @@ def relations(setting: Setting) -> Report:
         ],
         _figure(rows),
         note="Means over the six scenes and the farm, of snapshots that see two objects or more. In the "
-        "column of the paper stands the paper's rule, run here; ours is the relational rule.",
+        "column of the paper stands the paper's method, run here; ours is the relational method.",
         tables=_tables(rows),
     )
 
@@ -194,29 +194,31 @@ def every_rule(
     pattern: str,
     own: Iterable[str] = (),
 ) -> list[Row]:
-    """A unit of the sweep: a row for each rule, the user's own included."""
+    """A unit of the sweep: a row for each method, the user's own included."""
     rng = piece_rng(seed, 12, [*SCENES, FARM].index(scene), list(PATTERNS).index(pattern))
-    rules = RULES | {name: load_reid(name) for name in own}
-    return run_unit(Unit(scene, pattern), named_scene(scene, file), layouts, poses, rng, rules)
+    methods = METHODS | {name: load_reid(name) for name in own}
+    return run_unit(Unit(scene, pattern), named_scene(scene, file), layouts, poses, rng, methods)
 
 
-def _mean(rows: list[Row], rule: str, pattern: str, scene: str | None = None) -> float:
+def _mean(rows: list[Row], method: str, pattern: str, scene: str | None = None) -> float:
     found = [
         float(row["accuracy"] or 0.0)
         for row in rows
-        if row["rule"] == rule and row["pattern"] == pattern and scene in (None, row["scene"])
+        if row["rule"] == method and row["pattern"] == pattern and scene in (None, row["scene"])
     ]
     return float(np.mean(found))
 
 
 def _tables(rows: list[Row]) -> str:
     scenes = list(dict.fromkeys(str(row["scene"]) for row in rows))
-    rules = list(dict.fromkeys(str(row["rule"]) for row in rows))
-    lines = [f"| pattern | rule | {' | '.join(scenes)} | mean |", "|---" * (len(scenes) + 3) + "|"]
+    methods = list(dict.fromkeys(str(row["rule"]) for row in rows))
+    lines = [f"| pattern | method | {' | '.join(scenes)} | mean |", "|---" * (len(scenes) + 3) + "|"]
     for pattern in PATTERNS:
-        for rule in rules:
-            values = [_mean(rows, rule, pattern, scene) for scene in scenes] + [_mean(rows, rule, pattern)]
-            lines.append(f"| {pattern} | {rule} | {' | '.join(f'{value:.3f}' for value in values)} |")
+        for method in methods:
+            values = [_mean(rows, method, pattern, scene) for scene in scenes] + [
+                _mean(rows, method, pattern)
+            ]
+            lines.append(f"| {pattern} | {method} | {' | '.join(f'{value:.3f}' for value in values)} |")
     return "\n".join(lines) + "\n"
 
 
@@ -225,12 +227,12 @@ def _figure(rows: list[Row]) -> Figure:
     axes = figure.subplots()
     set_up_chart(axes, "Accuracy, mean of the six scenes and the farm", "", "accuracy")
     place = np.arange(len(PATTERNS))
-    for offset, rule, colour in (
-        (-0.27, PAPER_RULE, PAPER),
+    for offset, method, colour in (
+        (-0.27, PAPER_METHOD, PAPER),
         (0.0, "likelihood", OTHER),
         (0.27, "relational", OURS),
     ):
-        axes.bar(place + offset, [_mean(rows, rule, p) for p in PATTERNS], 0.25, color=colour, label=rule)
+        axes.bar(place + offset, [_mean(rows, method, p) for p in PATTERNS], 0.25, color=colour, label=method)
     axes.set_xticks(place, list(PATTERNS))
     axes.grid(visible=False, axis="x")
     axes.legend(frameon=False, fontsize=TEXT_SIZE, ncols=3, loc="lower left")

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
-from farm_ar.experiments.headroom_report import PAPER_RULE
+from farm_ar.experiments.headroom_report import PAPER_METHOD
 from farm_ar.experiments.report import (
     OTHER,
     OURS,
@@ -39,7 +39,7 @@ DETECTORS = {
 STARTS, QUICK_STARTS = 4, 1
 """Sequences begun in each layout."""
 
-RULES: dict[str, ReidFactory] = {name: REIDENTIFIERS[name] for name in (PAPER_RULE, "likelihood")}
+METHODS: dict[str, ReidFactory] = {name: REIDENTIFIERS[name] for name in (PAPER_METHOD, "likelihood")}
 
 Truth = tuple[str | None, ...]
 
@@ -66,10 +66,10 @@ def run_unit(
     layouts: int,
     starts: int,
     rng: np.random.Generator,
-    rules: Mapping[str, ReidFactory] = RULES,
+    methods: Mapping[str, ReidFactory] = METHODS,
     lengths: tuple[int, ...] = LENGTHS,
 ) -> list[Row]:
-    """A row for each rule and length: how right the answers are to all snapshots, and to the first.
+    """A row for each method and length: how right the answers are to all snapshots, and to the first.
 
     A sequence begins where something is detected and goes on along the path, past its end from its start.
 
@@ -78,8 +78,8 @@ def run_unit(
         scene: the unit's scene.
         layouts: how many noisy layouts.
         starts: how many sequences in each.
-        rng: where the randomness comes from; all rules get the same snapshots.
-        rules: makes each rule, by name.
+        rng: where the randomness comes from; all methods get the same snapshots.
+        methods: makes each method, by name.
         lengths: of the sequences, rising.
     """
     noise = LayoutNoise.of(unit.translation, unit.rotation)
@@ -97,7 +97,7 @@ def run_unit(
             first = next((t for t, (_, truth) in enumerate(seen) if truth), 0)
             sequences.append([seen[(first + step) % poses] for step in range(min(lengths[-1], poses))])
     rows: list[Row] = []
-    for name, make in rules.items():
+    for name, make in methods.items():
         reid = make(scene)
         for length in lengths:
             scores = [_score(reid, sequence[:length]) for sequence in sequences]
@@ -152,7 +152,7 @@ def sequences(setting: Setting) -> Report:
         [
             Comparison(
                 f"accuracy of the first snapshot's answer in the light of {length}",
-                f"{_mean(rows, PAPER_RULE, length, 'accuracy_of_first'):.3f}",
+                f"{_mean(rows, PAPER_METHOD, length, 'accuracy_of_first'):.3f}",
                 f"{_mean(rows, 'likelihood', length, 'accuracy_of_first'):.3f}",
                 f"all snapshots: {_mean(rows, 'likelihood', length, 'accuracy'):.3f}",
             )
@@ -160,7 +160,7 @@ def sequences(setting: Setting) -> Report:
         ],
         _figure(rows),
         note="Means over the six scenes and all levels of noise, exact detector. In the column of the paper "
-        "stands the paper's rule, run here on the objects told apart; ours is the likelihood rule.",
+        "stands the paper's method, run here on the objects told apart; ours is the likelihood method.",
         tables=_tables(rows),
     )
 
@@ -176,20 +176,20 @@ def every_rule(
     detector: str,
     own: Iterable[str] = (),
 ) -> list[Row]:
-    """A unit of the sweep: a row for each rule and length, the user's own included."""
+    """A unit of the sweep: a row for each method and length, the user's own included."""
     key = (SCENES.index(scene), round(translation * 10), rotation, list(DETECTORS).index(detector))
     unit = Unit(scene, translation, rotation, detector)
-    rules = RULES | {name: load_reid(name) for name in own}
-    return run_unit(unit, named_scene(scene, file), layouts, starts, piece_rng(seed, 13, *key), rules)
+    methods = METHODS | {name: load_reid(name) for name in own}
+    return run_unit(unit, named_scene(scene, file), layouts, starts, piece_rng(seed, 13, *key), methods)
 
 
 def _mean(
-    rows: list[Row], rule: str, length: int, what: str, detector: str = "exact", **only: object
+    rows: list[Row], method: str, length: int, what: str, detector: str = "exact", **only: object
 ) -> float:
     found = [
         float(row[what] or 0.0)
         for row in rows
-        if row["rule"] == rule
+        if row["rule"] == method
         and row["snapshots"] == length
         and row["detector"] == detector
         and all(row[key] == value for key, value in only.items())
@@ -201,22 +201,22 @@ def _tables(rows: list[Row]) -> str:
     """The first snapshot's answer by scene, and all answers with a noisy detector beside an exact one."""
     head = " | ".join(str(length) for length in LENGTHS)
     lines = ["The first snapshot's answer, by scene, exact detector:", ""]
-    lines += [f"| scene | rule | {head} |", "|---" * (len(LENGTHS) + 2) + "|"]
+    lines += [f"| scene | method | {head} |", "|---" * (len(LENGTHS) + 2) + "|"]
     for scene in SCENES:
-        for rule in RULES:
-            values = [_mean(rows, rule, length, "accuracy_of_first", scene=scene) for length in LENGTHS]
-            lines.append(f"| {scene} | {rule} | {' | '.join(f'{value:.3f}' for value in values)} |")
+        for method in METHODS:
+            values = [_mean(rows, method, length, "accuracy_of_first", scene=scene) for length in LENGTHS]
+            lines.append(f"| {scene} | {method} | {' | '.join(f'{value:.3f}' for value in values)} |")
     t, r = NOISE[1]
     lines += ["", f"All answers at T {t}, R {r}, and objects told apart for each that there is:", ""]
-    lines += [f"| detector | rule | {head} |", "|---" * (len(LENGTHS) + 2) + "|"]
+    lines += [f"| detector | method | {head} |", "|---" * (len(LENGTHS) + 2) + "|"]
     level = {"translation_sd_m": t, "rotation_sd_deg": r}
     for detector in DETECTORS:
-        for rule in RULES:
-            values = [_mean(rows, rule, n, "accuracy", detector, **level) for n in LENGTHS]
-            lines.append(f"| {detector} | {rule} | {' | '.join(f'{value:.3f}' for value in values)} |")
+        for method in METHODS:
+            values = [_mean(rows, method, n, "accuracy", detector, **level) for n in LENGTHS]
+            lines.append(f"| {detector} | {method} | {' | '.join(f'{value:.3f}' for value in values)} |")
         told = [
-            _mean(rows, PAPER_RULE, n, "objects", detector, **level)
-            / _mean(rows, PAPER_RULE, n, "real_objects", detector, **level)
+            _mean(rows, PAPER_METHOD, n, "objects", detector, **level)
+            / _mean(rows, PAPER_METHOD, n, "real_objects", detector, **level)
             for n in LENGTHS
         ]
         lines.append(f"| {detector} | objects | {' | '.join(f'{value:.3f}' for value in told)} |")
@@ -227,10 +227,10 @@ def _figure(rows: list[Row]) -> Figure:
     figure = new_figure(7.6, 3.4)
     left, right = figure.subplots(1, 2)
     set_up_chart(left, "(a) mean of the six scenes", "snapshots", "accuracy")
-    for rule, colour in ((PAPER_RULE, PAPER), ("likelihood", OURS)):
+    for method, colour in ((PAPER_METHOD, PAPER), ("likelihood", OURS)):
         for what, line, of in (("accuracy", "-", "all answers"), ("accuracy_of_first", "--", "the first's")):
-            values = [_mean(rows, rule, length, what) for length in LENGTHS]
-            left.plot(LENGTHS, values, line, marker=".", color=colour, label=f"{rule}, {of}")
+            values = [_mean(rows, method, length, what) for length in LENGTHS]
+            left.plot(LENGTHS, values, line, marker=".", color=colour, label=f"{method}, {of}")
     set_up_chart(right, "(b) the first snapshot's answer, likelihood", "snapshots", "accuracy")
     colours = (OURS, OTHER, "#5a9a68", "#8b5fa8", "#b3554f", "#4fa3a5")
     for scene, colour in zip(SCENES, colours, strict=True):

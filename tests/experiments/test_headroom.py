@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from farm_ar.experiments import headroom_report as report
-from farm_ar.experiments.headroom import BINS, BOUND, RULES, Unit, headroom, identify_all, run_unit, units
+from farm_ar.experiments.headroom import BINS, BOUND, METHODS, Unit, headroom, identify_all, run_unit, units
 from farm_ar.experiments.patterns import PATTERNS, jitter, turned
 from farm_ar.experiments.setting import Setting
 from farm_ar.reid import LastKnownReid, LikelihoodReid, NearestReid, SpatialReid
@@ -15,11 +15,11 @@ L1 = builtin_scene("L1")
 
 @pytest.fixture(scope="module")
 def rows():
-    """Of a few rules in one cell of the table and under one pattern."""
-    rules = {"spatial-ungated": SpatialReid, "likelihood": LikelihoodReid, "nearest": NearestReid}
+    """Of a few methods in one cell of the table and under one pattern."""
+    methods = {"spatial-ungated": SpatialReid, "likelihood": LikelihoodReid, "nearest": NearestReid}
     some = []
     for k, unit in enumerate((Unit("L1", "jitter", 0.3, 120), Unit("L1", "few move far"))):
-        some += run_unit(unit, L1, 2, np.random.default_rng(k), rules)
+        some += run_unit(unit, L1, 2, np.random.default_rng(k), methods)
     return some
 
 
@@ -31,14 +31,14 @@ def test_the_units_are_all_cells_of_the_table_and_all_patterns():
     assert len(units(quick=True)) < len(every)
 
 
-def test_a_unit_gives_a_row_for_each_rule_and_the_bound(rows):
+def test_a_unit_gives_a_row_for_each_method_and_the_bound(rows):
     assert [row["rule"] for row in rows] == ["spatial-ungated", "likelihood", "nearest", BOUND] * 2
     assert {(row["pattern"], row["rotation_sd_deg"]) for row in rows} == {
         ("jitter", 120),
         ("few move far", 0),
     }
-    by_rule = {row["rule"]: row["accuracy"] for row in rows[:4]}
-    assert by_rule["likelihood"] > by_rule["spatial-ungated"]  # headings say little here
+    by_method = {row["rule"]: row["accuracy"] for row in rows[:4]}
+    assert by_method["likelihood"] > by_method["spatial-ungated"]  # headings say little here
     counts = np.array(rows[1]["answers"].split(), dtype=int)
     assert len(counts) == BINS
     assert counts.sum() == rows[1]["detections"]
@@ -53,7 +53,7 @@ def test_the_same_randomness_gives_the_same_rows():
     assert first == second
 
 
-def test_rules_without_a_batched_form_answer_one_by_one():
+def test_methods_without_a_batched_form_answer_one_by_one():
     batch = jitter(L1, LayoutNoise.of(0.05, 5), 1, np.random.default_rng(0)).snapshots
     found = identify_all(LastKnownReid(L1, tolerance_m=0.06), batch)
     for b in range(len(batch)):
@@ -61,7 +61,7 @@ def test_rules_without_a_batched_form_answer_one_by_one():
         assert found.names(b, int(batch.count[b])) == expected
 
 
-def test_all_rules_of_the_package_take_part():
+def test_all_methods_of_the_package_take_part():
     assert {
         "spatial-ungated",
         "spatial",
@@ -69,7 +69,7 @@ def test_all_rules_of_the_package_take_part():
         "nearest-ungated",
         "distance-ungated",
         "last-known",
-    } <= set(RULES)
+    } <= set(METHODS)
 
 
 @pytest.mark.parametrize("pattern", PATTERNS)
@@ -105,14 +105,14 @@ def test_a_turn_is_clockwise():
     np.testing.assert_allclose(turned(np.array([0.0, 1.0]), np.pi / 2), [1.0, 0.0], atol=1e-12)
 
 
-def synthetic(rule, accuracy, answers, sure, right, pattern="jitter", scene="L1", translation=0.1):
+def synthetic(method, accuracy, answers, sure, right, pattern="jitter", scene="L1", translation=0.1):
     texts = (" ".join(map(str, values)) for values in (answers, sure, right))
     return {
         "scene": scene,
         "pattern": pattern,
         "translation_sd_m": translation,
         "rotation_sd_deg": 30,
-        "rule": rule,
+        "rule": method,
         "accuracy": accuracy,
         **dict(zip(("answers", "sure", "right"), texts, strict=True)),
     }
@@ -148,8 +148,8 @@ def test_a_report_has_tables_a_figure_and_the_goals(rows):
     found = report.report_of(rows, 2)
     assert found.comparisons[0].what == "mean accuracy over the table, noise unknown"
     lines = found.tables.splitlines()
-    assert "| rule | table | few move far |" in lines
-    assert lines.count("| rule | L1 |") == 1
+    assert "| method | table | few move far |" in lines
+    assert lines.count("| method | L1 |") == 1
     assert len(found.figure.axes) == 4
     assert "likelihood" in found.markdown()
 
@@ -157,11 +157,11 @@ def test_a_report_has_tables_a_figure_and_the_goals(rows):
 def test_the_experiment_covers_all_units(monkeypatch):
     asked = []
 
-    def run(unit, scene, layouts, rng, rules):
+    def run(unit, scene, layouts, rng, methods):
         asked.append((unit, layouts))
         return [
-            synthetic(rule, 0.5, [4], [2.0], [2], unit.pattern, unit.scene)
-            for rule in ("spatial-ungated", "likelihood", BOUND)
+            synthetic(method, 0.5, [4], [2.0], [2], unit.pattern, unit.scene)
+            for method in ("spatial-ungated", "likelihood", BOUND)
         ]
 
     monkeypatch.setattr("farm_ar.experiments.headroom.run_unit", run)

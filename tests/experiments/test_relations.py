@@ -18,7 +18,7 @@ from farm_ar.reid import LastKnownReid, LikelihoodReid, RelationalReid
 from farm_ar.scenes import builtin_scene
 
 M2 = builtin_scene("M2")
-RULES = {"likelihood": LikelihoodReid, "relational": RelationalReid}
+METHODS = {"likelihood": LikelihoodReid, "relational": RelationalReid}
 
 
 def test_the_units_are_all_patterns_in_all_scenes_and_on_the_farm() -> None:
@@ -71,16 +71,16 @@ def test_calibration_error_is_the_mean_distance_from_what_was_right() -> None:
     assert np.isnan(calibration_error(np.array([np.nan]), np.array([True])))
 
 
-def test_rows_are_of_each_rule_and_the_same_for_the_same_randomness() -> None:
+def test_rows_are_of_each_method_and_the_same_for_the_same_randomness() -> None:
     unit = Unit("M2", "group moved")
-    first, second = (run_unit(unit, M2, 1, 2, np.random.default_rng(3), RULES) for _ in range(2))
+    first, second = (run_unit(unit, M2, 1, 2, np.random.default_rng(3), METHODS) for _ in range(2))
     assert first == second
     assert [row["rule"] for row in first] == ["likelihood", "relational"]
 
 
 def test_the_report_has_every_pattern(monkeypatch: pytest.MonkeyPatch) -> None:
     quick = {"spatial-ungated": LastKnownReid, "likelihood": LastKnownReid, "relational": LastKnownReid}
-    monkeypatch.setattr(module, "RULES", quick)
+    monkeypatch.setattr(module, "METHODS", quick)
     setting = Setting(layouts=1, quick=True)
     report = relations(setting)
     assert [one.what for one in report.comparisons] == [f"accuracy, {name}" for name in PATTERNS]

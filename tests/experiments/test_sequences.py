@@ -16,8 +16,8 @@ def test_the_units_are_all_levels_in_all_scenes_and_a_noisy_detector() -> None:
 
 
 def test_a_row_for_each_length_and_more_snapshots_show_more_objects() -> None:
-    unit, rules = Unit("L1", 0.3, 30, "exact"), {"spatial-ungated": SpatialReid}
-    rows = run_unit(unit, L1, 2, 2, np.random.default_rng(0), rules, (1, 4, 16))
+    unit, methods = Unit("L1", 0.3, 30, "exact"), {"spatial-ungated": SpatialReid}
+    rows = run_unit(unit, L1, 2, 2, np.random.default_rng(0), methods, (1, 4, 16))
     assert [row["snapshots"] for row in rows] == [1, 4, 16]
     assert rows[0]["objects"] <= rows[1]["objects"] < rows[2]["objects"]
     # An exact detector tells all objects apart.
@@ -26,14 +26,14 @@ def test_a_row_for_each_length_and_more_snapshots_show_more_objects() -> None:
 
 
 def test_the_same_randomness_gives_the_same_rows() -> None:
-    unit, rules = Unit("L1", 0.3, 30, "noisy"), {"spatial-ungated": SpatialReid}
-    first, second = (run_unit(unit, L1, 1, 1, np.random.default_rng(3), rules, (1, 3)) for _ in range(2))
+    unit, methods = Unit("L1", 0.3, 30, "noisy"), {"spatial-ungated": SpatialReid}
+    first, second = (run_unit(unit, L1, 1, 1, np.random.default_rng(3), methods, (1, 3)) for _ in range(2))
     assert first == second
 
 
 def test_the_report_has_every_length(monkeypatch: pytest.MonkeyPatch) -> None:
     quick = {"spatial-ungated": LastKnownReid, "likelihood": LastKnownReid}
-    monkeypatch.setattr(module, "RULES", quick)
+    monkeypatch.setattr(module, "METHODS", quick)
     setting = Setting(layouts=1, quick=True)
     report = sequences(setting)
     assert len(report.comparisons) == len(LENGTHS)
