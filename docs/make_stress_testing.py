@@ -36,8 +36,8 @@ HARM_COLUMNS = (
     "median effort of that",
 )
 TIGHTNESS = """\
-How exactly the truth is known for the paper's method: the least effort found, divided by the certified one,
-case by case; and by the simple bound (T1 alone). The game keeps categories apart; the method of the
+How tight the bound of the paper's method is: the least effort found, divided by the certified one,
+case by case; and by the simple bound. The game keeps categories apart; the method of the
 paper's synthetic experiments, `--reid spatial-ungated`, does not (`--cases 8 --out out/farm-ungated`, and
 `out/H1-ungated` with `--jitter none`)."""
 METHODS = "spatial,likelihood,relational,distance,nearest,last-known"
