@@ -1,4 +1,4 @@
-"""Which of these identical objects is which? Re-identification from one egocentric snapshot.
+"""Re-identification of identical objects from one egocentric snapshot, and a game that tests it.
 
 Importing this package registers its environments with Gymnasium; so does
 `gym.make("farm_ar:FarmToTable-v0")`.

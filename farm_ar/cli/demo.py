@@ -22,7 +22,7 @@ def demo(
     """Play scripts of the Farm-to-Table game and film them.
 
     By default the two gameplay demonstrations of the paper. Each becomes a video, a GIF, key frames and two
-    tables: what every snapshot said, and the counters.
+    tables: the identification of each snapshot, and the counters.
     """
     from farm_ar.cli.output import print_line
     from farm_ar.cli.places import make_folder

@@ -15,18 +15,18 @@ if TYPE_CHECKING:
 
 def design(
     scene: Annotated[
-        str, typer.Option(metavar="NAME|FILE", help="The room, its kinds of objects and what is fixed.")
+        str, typer.Option(metavar="NAME|FILE", help="The room, its objects and which of them are fixed.")
     ] = "farm",
     objects: Annotated[
         str | None,
         typer.Option(
             metavar="KIND=N,...",
-            help="How many of each kind; by default the scene's own, with their labels.",
+            help="Objects of each category; by default the scene's own, with their labels.",
         ),
     ] = None,
     yaw_limit_deg: Annotated[
         float,
-        typer.Option(metavar="DEG", parser=number(0, 180), help="How far objects may be turned either way."),
+        typer.Option(metavar="DEG", parser=number(0, 180), help="Largest turn of an object to either side."),
     ] = 30.0,
     seed: Seed = 0,
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw the layout, .svg or .png.")] = Path(
@@ -36,7 +36,7 @@ def design(
         Path | None, typer.Option(metavar="FILE", help="Write it as a scene, .json, for all other commands.")
     ] = None,
 ) -> None:
-    """Propose a placement of objects that look alike in which moving them a little never confuses them.
+    """Propose a placement in which small displacements of identical objects never give a wrong label.
 
     Maximises the certified radius: as long as no object has moved further than that, no label is wrong in any
     snapshot of any part of the room.

@@ -14,11 +14,12 @@ def identify(
     scene: Annotated[
         str,
         typer.Option(
-            metavar="FILE|NAME", help="What stood where: .json, .csv with --room, or a built-in scene's name."
+            metavar="FILE|NAME",
+            help="The reference layout: .json, .csv with --room, or a built-in scene's name.",
         ),
     ],
     snapshot: Annotated[
-        Path, typer.Option(metavar="FILE", help="What was seen: .json, or .csv with --camera.")
+        Path, typer.Option(metavar="FILE", help="The snapshot: .json, or .csv with --camera.")
     ],
     room: Annotated[
         str | None,
@@ -60,13 +61,13 @@ def identify(
         typer.Option(
             metavar="P",
             parser=number(),
-            help="Give no label that is less probable; 0 by default. Of the rule likelihood.",
+            help="Give no label that is less probable; 0 by default. likelihood only.",
         ),
     ] = None,
     explain: Annotated[
         str | None,
         typer.Option(
-            metavar="ID", help="Say why this detection has its label. Of the rules spatial and likelihood."
+            metavar="ID", help="Explain why this detection has its label. spatial and likelihood only."
         ),
     ] = None,
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw the answer, .svg or .png.")] = None,
@@ -74,10 +75,10 @@ def identify(
         bool, typer.Option("--json", help="Print the answer as JSON and nothing else.")
     ] = False,
 ) -> None:
-    """Say which detection is which label.
+    """Identify the detections of a snapshot.
 
     A CSV table has the columns id, category, x, z, yaw_deg, w, h, d, in metres and degrees.
-    Options marked (*) are those of the rule spatial.
+    Options marked (*) belong to the method spatial.
     """
     from farm_ar.cli import output, reports
     from farm_ar.cli.inputs import read_scene, read_snapshot

@@ -42,8 +42,9 @@ def play(
 ) -> None:
     """Play the Farm-to-Table game: move buildings while the headset cannot look, and see what it believes.
 
-    You type the hand's moves, visit by visit. After each visit the game tells what its one snapshot said, and
-    draws a picture. Can you make it take one building for another?
+    You type the hand's moves, visit by visit. After each visit the game prints
+    the identification of its one snapshot, and draws a picture. Can you make it take one building for
+    another?
     """
     from farm_ar.cli.output import print_line
     from farm_ar.cli.places import make_folder, writing

@@ -37,7 +37,7 @@ def play_script(
 
 
 def print_film(film: Film) -> None:
-    """Print what every snapshot of a game said, and its counters at the end."""
+    """Print the identification of every snapshot of a game, and its counters at the end."""
     from farm_ar.cli.output import print_line, print_table
 
     print_line(film.title)

@@ -30,7 +30,7 @@ from farm_ar.cli.watch import watch
 app = typer.Typer(
     name="farm-ar",
     cls=OneLineMistakes,
-    help="Which of these identical objects is which? Re-identification from one egocentric snapshot.",
+    help="Re-identification of identical objects from one egocentric snapshot, and a game that tests it.",
     no_args_is_help=True,
     add_completion=False,
     rich_markup_mode=None,  # plain text: Typer then needs no rich to print a help page
@@ -40,17 +40,17 @@ app.add_typer(scenes, name="scenes")
 app.add_typer(sweeps, name="sweeps")
 app.command("compile")(compile_kernels)
 app.command()(saying("Loading the game")(demo))
-app.command()(saying("Looking for a layout")(design))
-app.command()(saying("Playing held-out episodes with each player")(evaluate))
+app.command()(saying("Searching for a layout")(design))
+app.command()(saying("Playing held-out episodes with each policy")(evaluate))
 app.command()(saying("Identifying")(identify))
 app.command()(play)
 app.command("play-script")(saying("Playing and filming")(play_script))
-app.command()(saying("Playing it again")(replay))
-app.command()(saying("Repeating the experiments")(reproduce))
+app.command()(saying("Replaying")(replay))
+app.command()(saying("Running the experiments")(reproduce))
 app.command()(schema)
-app.command("stress-replay")(saying("Playing them again")(stress_replay))
-app.command()(saying("Trying to break the labels")(stress))
-app.command()(saying("Loading what training needs")(train))
+app.command("stress-replay")(saying("Replaying")(stress_replay))
+app.command()(saying("Running the stress test")(stress))
+app.command()(saying("Loading the learners")(train))
 app.command()(saying("Playing and filming")(watch))
 
 

@@ -14,10 +14,10 @@ DIFFERENT = 1
 
 def replay(
     trace: Annotated[
-        Path, typer.Argument(metavar="TRACE", help="A JSON file of what an environment's trace() gave.")
+        Path, typer.Argument(metavar="TRACE", help="A JSON file that an environment's trace() returned.")
     ],
 ) -> None:
-    """Play a trace of an environment again, and compare.
+    """Replay a trace of an environment, and compare the states.
 
     The exit code is 0 where the episode is bit-exact, 1 where it differs.
     """

@@ -48,7 +48,7 @@ def reproduce(
     seed: Seed = 0,
     quick: Annotated[bool, typer.Option("--quick", help="A smaller version, in under two minutes.")] = False,
     fresh: Annotated[
-        bool, typer.Option("--fresh", help="Start over, rather than go on with what is finished in DIR.")
+        bool, typer.Option("--fresh", help="Start over; do not use the finished work in DIR.")
     ] = False,
     reid: Annotated[
         str | None,
@@ -59,8 +59,8 @@ def reproduce(
 ) -> None:
     """Repeat the paper's experiments.
 
-    Each writes CSV, JSON and a picture; a summary sets our numbers beside the paper's. Interrupted and called
-    again, it goes on where it stopped.
+    Each writes CSV, JSON and a picture; a summary sets our numbers beside the paper's. After an
+    interruption the same command continues where it stopped.
     """
     from farm_ar.cli.output import console
     from farm_ar.cli.places import make_folder

@@ -38,7 +38,7 @@ def show(
         typer.Option(metavar="FILE", help="The picture, .svg or .png; NAME.svg in this folder by default."),
     ] = None,
     camera: Annotated[
-        str | None, typer.Option(metavar="X,Z,YAW_DEG", help="Draw what a camera here has in view.")
+        str | None, typer.Option(metavar="X,Z,YAW_DEG", help="Draw what a camera at this pose has in view.")
     ] = None,
     room: Room = None,
     as_json: Annotated[
@@ -81,7 +81,7 @@ def validate(
     file: Annotated[str, typer.Argument(metavar="FILE", help="A scene file (.json, or .csv with --room).")],
     room: Room = None,
 ) -> None:
-    """Check a scene file, and say what is wrong with it."""
+    """Check a scene file, and report what is wrong with it."""
     from farm_ar.cli.inputs import read_scene_file
     from farm_ar.cli.output import print_line
     from farm_ar.cli.reports import describe

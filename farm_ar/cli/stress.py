@@ -67,7 +67,7 @@ def stress(
         ),
     ] = 1.0,
     jitter: Annotated[
-        str, typer.Option(help="How far layouts stray from the scene's: none, easy, default or hard.")
+        str, typer.Option(help="Noise on the scene's layout: none, easy, default or hard.")
     ] = "default",
     seed: Seed = 0,
     workers: Annotated[
@@ -87,7 +87,7 @@ def stress(
     """Find out how small a change of a scene makes a re-identifier give wrong labels.
 
     Writes a page to look at, stress.html, the same as stress.json and stress.csv, and prints the numbers.
-    Interrupted, the same command goes on where it stopped.
+    After an interruption the same command continues where it stopped.
     """
     from rich.console import Console
 

@@ -10,7 +10,7 @@ import typer
 if TYPE_CHECKING:
     from farm_ar.sweeps import Store
 
-app = typer.Typer(no_args_is_help=True, help="Look into the store of a sweep.")
+app = typer.Typer(no_args_is_help=True, help="Inspect the store of a sweep.")
 
 StoreFile = Annotated[Path, typer.Argument(metavar="STORE", help="The store's file, as DIR/sweeps.sqlite.")]
 
@@ -20,7 +20,7 @@ def status(
     store: StoreFile,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")] = False,
 ) -> None:
-    """Say how far each sweep is, and name the units that gave no result."""
+    """Report the progress of each sweep, and name the units without a result."""
     from dataclasses import asdict
 
     from farm_ar.cli.output import print_json, print_line, print_table

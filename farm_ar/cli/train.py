@@ -34,13 +34,13 @@ def train(
     ] = None,
     imitate: Annotated[
         int | None,
-        typer.Option(
-            metavar="N", parser=whole(0), help="The first of them, in which a planner shows what it would do."
-        ),
+        typer.Option(metavar="N", parser=whole(0), help="Imitate a planner in the first N of them."),
     ] = None,
     rehearse: Annotated[
         int | None,
-        typer.Option(metavar="N", parser=whole(0), help="Steps after those without physics; 0 for none."),
+        typer.Option(
+            metavar="N", parser=whole(0), help="Then N steps of PPO in the surrogate environment; 0 for none."
+        ),
     ] = None,
     seed: Annotated[
         int, typer.Option(metavar="N", parser=whole(0, 2**32 - 1), help="Seed of everything.")

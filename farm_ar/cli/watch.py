@@ -35,7 +35,7 @@ def watch(
         typer.Option("--trust", help="Run code that the folder names or holds (modules, pickles)."),
     ] = False,
 ) -> None:
-    """Film a trained policy: its moves, what the headset then believes, and where the animals run."""
+    """Film a trained policy: its moves, the headset's belief after them, and where the animals run."""
     from farm_ar.agents.packages import need_training
 
     need_training()
