@@ -1,4 +1,4 @@
-"""A scene and a snapshot of your own, from files: seven chairs of one kind, and whose is which."""
+"""A scene and a snapshot of your own, from files: seven chairs of one category, and the label of each."""
 
 from pathlib import Path
 
@@ -17,4 +17,4 @@ for name, label, cost, near in zip(
 ):
     print(f"{name:10} {label or 'none':12} {cost:.4f} {near}")
 twice = sorted({label for label in nearest.labels if nearest.labels.count(label) > 1})
-print(f"Taking the nearest label for each would have given {', '.join(twice)} twice.")
+print(f"The nearest label for each would have assigned {', '.join(twice)} twice.")

@@ -1,4 +1,4 @@
-"""How sure an identification is: confidence, runner-up, alternatives, and why a detection has its label.
+"""The confidence of an identification, runner-up, alternatives, and why a detection has its label.
 
 python examples/how_sure.py
 """

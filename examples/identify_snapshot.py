@@ -1,4 +1,4 @@
-"""A room gets untidy, one snapshot is taken, and everything in it gets its label back."""
+"""Noise moves everything in a room, one snapshot is taken, and every object in it is identified."""
 
 import numpy as np
 

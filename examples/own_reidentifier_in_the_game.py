@@ -1,4 +1,4 @@
-"""A re-identifier of one's own in the game's headset, beside the paper's, under one random adversary."""
+"""A re-identifier of your own in the game's headset, beside the paper's, against random actions."""
 
 import gymnasium as gym
 import numpy as np
@@ -9,7 +9,7 @@ from farm_ar.scenes import Scene, Snapshot
 
 
 class LeftToRightReid:
-    """Of every category, the labels are given from left to right, in the order in which they stood before."""
+    """Gives the labels of each category from left to right, in the order of the reference layout."""
 
     def __init__(self, scene: Scene) -> None:
         self.layout = scene.layout
@@ -33,8 +33,8 @@ class LeftToRightReid:
 EPISODES = 40
 headsets = {"spatial": "spatial", "left to right": LeftToRightReid}
 
-print(f"{EPISODES} episodes with each headset; the player chooses the same moves at random.")
-print(f"{'headset':14} {'accuracy':>9} {'wrong labels':>13} {'return of the player':>21}")
+print(f"{EPISODES} episodes with each headset; the policy takes the same random actions.")
+print(f"{'headset':14} {'accuracy':>9} {'wrong labels':>13} {'return of the policy':>21}")
 for name, reid in headsets.items():
     env = gym.make("FarmToTable-v0", reid=reid, jitter="easy", play_seconds=0.0)
     env.action_space.seed(0)

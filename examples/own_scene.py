@@ -1,4 +1,4 @@
-"""A scene of one's own: built in Python, saved, checked, identified on, and played in as an environment."""
+"""A scene of your own: built in Python, saved, checked, identified in, and used as an environment."""
 
 import json
 import tempfile

@@ -1,6 +1,6 @@
-"""A sweep of one's own: how accurate the paper's rule is, by scene and noise, in units that are never lost.
+"""A sweep of your own: the accuracy of the paper's method by scene and noise; finished units are kept.
 
-Kill it, run it again: it goes on where it stopped. `farm-ar sweeps status out/own_sweep.sqlite` tells more.
+Killed and run again, it continues where it stopped. `farm-ar sweeps status out/own_sweep.sqlite` tells more.
 """
 
 import numpy as np

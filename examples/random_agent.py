@@ -1,4 +1,4 @@
-"""A player that chooses at random among the moves that make sense, for ten episodes."""
+"""A policy that chooses at random among the allowed actions, for ten episodes."""
 
 import gymnasium as gym
 import numpy as np
@@ -10,7 +10,7 @@ env.action_space.seed(0)
 parts = np.cumsum(env.action_space.nvec)[:-1]
 
 print("The return is the number of wrong labels, less a quarter of the effort.")
-print(f"{'episode':>7} {'moves':>6} {'return':>7} {'wrong labels':>13} {'animals astray':>15}")
+print(f"{'episode':>7} {'moves':>6} {'return':>7} {'wrong labels':>13} {'animals miscounted':>15}")
 returns = []
 for episode in range(10):
     env.reset(seed=episode)

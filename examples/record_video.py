@@ -19,7 +19,7 @@ except ImportError:
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else "videos")
 env = gym.make("FarmToTable-v0", action="slot", visits=3, render_mode="rgb_array")
-env = RecordVideo(env, str(folder), name_prefix="random-player")
+env = RecordVideo(env, str(folder), name_prefix="random-policy")
 env.action_space.seed(1)
 env.reset(seed=1)
 parts = np.cumsum(env.action_space.nvec)[:-1]
@@ -32,5 +32,5 @@ env.close()
 
 print(f"Played {steps} steps in 3 visits; {info['wrong_labels']} labels are wrong at the end.")
 print(f"One picture stands for one step, {env.metadata['render_fps']} a second.")
-for path in sorted(folder.glob("random-player*.mp4")):
+for path in sorted(folder.glob("random-policy*.mp4")):
     print(f"Wrote {path}, {path.stat().st_size / 1000:.0f} kB")

@@ -1,4 +1,4 @@
-"""Put a re-identifier of your own to the test: how small a change makes it give wrong labels?
+"""How small a displacement makes a re-identifier of your own give wrong labels.
 
 The same from the command line, with a report on one page:
 farm-ar stress --scene lab --compare spatial,mypackage.module:MyReid
@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from farm_ar.agents.attacks import ATTACKS, Trial
+from farm_ar.agents.attacks import ATTACKS, QueryOracle
 from farm_ar.agents.cases import draw_case
 from farm_ar.agents.certificates import lower_bound
 from farm_ar.reid import Identification, Reidentifier, SpatialReid
@@ -35,19 +35,19 @@ class GreedyReid:
 
 def main() -> None:
     scene = builtin_scene("lab")
-    rules: dict[str, Callable[[Scene], Reidentifier]] = {
-        "the paper's rule": SpatialReid,
-        "a rule of my own": GreedyReid,
+    methods: dict[str, Callable[[Scene], Reidentifier]] = {
+        "the paper's": SpatialReid,
+        "my own": GreedyReid,
     }
-    for name, make in rules.items():
+    for name, make in methods.items():
         for number in range(2):
             case = draw_case(scene, number, seed=0)
             reid = make(case.scene)
-            trial = Trial(case, reid, queries=400, budget=1.0)
-            ATTACKS["analytic"](trial, np.random.default_rng(number))
+            oracle = QueryOracle(case, reid, queries=400, budget=1.0)
+            ATTACKS["analytic"](oracle, np.random.default_rng(number))
             bound = lower_bound(case, reid)
             certified = "no certificate" if bound.theorem == "none" else f"certified {bound.total:.4f}"
-            print(f"{name}, case {number}: least effort {trial.least:.4f}, {certified}")
+            print(f"{name}, case {number}: least effort {oracle.least:.4f}, {certified}")
 
 
 if __name__ == "__main__":
