@@ -155,6 +155,8 @@ def heading_density(labels: Labels, models: Models, yaw: FloatArray, result: Flo
             turn = yaw[i] - labels.yaw[j]
             turn = abs(turn - period * round(turn / period))
             place = turn / (period / 2) * (size - 1)
+            if not 0.0 <= place <= size - 1:  # no angle that rounding cannot bring within half a period
+                place = size - 1.0
             low = min(int(place), size - 2)
             part = place - low
             for b in range(scales):

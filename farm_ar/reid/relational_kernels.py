@@ -474,7 +474,8 @@ def score_motion(
             heading = 1 / (2 * math.pi)
             if group.labels.period[g] > 0.0:
                 turn = (sight.found.yaw[0, i] - group.labels.yaw[g]) / group.labels.period[g]
-                place = int(2 * abs(turn - np.round(turn)) * last + 0.5)
+                half_turns = 2 * abs(turn - np.round(turn))
+                place = int(half_turns * last + 0.5) if half_turns <= 1.0 else last
                 heading = models.heading[search.rotation_scale, group.labels.table[g], place]
             total += member * height * math.exp(-0.5 * squares) * heading * sight.like[i, j]
         score += math.log(max(total, 1e-300))
