@@ -15,7 +15,7 @@ HEADLINE = @printf '\n== %s\n'
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test test-oldest setup lint format types imports wheel unit bench clean
+.PHONY: help demo test test-all test-oldest setup lint format types imports wheel unit bench clean
 
 help: ## Show this list
 	@printf 'farm-ar: make TARGET [PYTHON=python3.12]\n\n'
@@ -25,7 +25,10 @@ demo: $(VENV)/compiled-films.stamp ## Set up, then film the game's two demonstra
 	$(HEADLINE) "Filming the Farm-to-Table game, into out/"
 	@$(BIN)/farm-ar demo --out out
 
-test: setup lint types imports wheel unit ## Set up, then run every check
+test: setup lint types imports wheel unit ## Set up, then run every check (some minutes)
+
+test-all: export FARM_AR_TESTS := all
+test-all: test ## The same with full counts and the long tests (up to three quarters of an hour)
 
 setup: $(VENV)/dev.stamp $(WHEELHOUSE)/stamp $(VENV)/compiled.stamp ## Set up only, with all that the checks need
 

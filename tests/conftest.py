@@ -11,16 +11,23 @@ from hypothesis import HealthCheck, settings
 mpl.use("Agg")
 os.environ["FARM_AR_QUIET"] = "1"  # kernels are compiled without a word, for what is printed is compared
 
-settings.register_profile(
-    "default",
-    derandomize=True,
-    deadline=None,
-    max_examples=50,
-    suppress_health_check=[HealthCheck.too_slow],
+EVERYTHING = os.environ.get("FARM_AR_TESTS") == "all"
+"""Whether the counts are full (`make test-all`); `make test` has a twentieth of them and no long test.
+
+What a test repeats by itself it scales with `settings().max_examples`, as Hypothesis does.
+"""
+
+usual = settings(
+    derandomize=True, deadline=None, max_examples=50, suppress_health_check=[HealthCheck.too_slow]
 )
-# For a longer search by hand: pytest --hypothesis-profile=thorough
-settings.register_profile("thorough", deadline=None, max_examples=2000)
-settings.load_profile("default")
+settings.register_profile("default", usual)
+settings.register_profile("all", usual, max_examples=1000)
+settings.load_profile("all" if EVERYTHING else "default")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    if EVERYTHING:
+        config.option.markexpr = ""
 
 
 @pytest.fixture

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from farm_ar.cli.options import whole
+
 if TYPE_CHECKING:
     from farm_ar.reid import Reidentifier
     from farm_ar.scenes import Scene, SnapshotBatch
@@ -32,7 +34,8 @@ def compile_kernels(
         list[str] | None, typer.Argument(metavar="[PART]...", help="What for, as in spatial; all by default.")
     ] = None,
     workers: Annotated[
-        int | None, typer.Option(metavar="N", min=1, help="Processes; one per core by default.")
+        int | None,
+        typer.Option(metavar="N", parser=whole(1, 1000), help="Processes; one per core by default."),
     ] = None,
 ) -> None:
     """Compile the kernels ahead, so that nothing waits for it later.

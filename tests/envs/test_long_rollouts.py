@@ -1,6 +1,6 @@
 """Many random steps: nothing breaks, nothing is not a number, nothing leaves the table or stands in another.
 
-10 000 steps in the ordinary run; `pytest -m long` takes the rest of 100 000.
+10 000 steps in `make test`; `make test-all` takes the rest of 100 000.
 """
 
 import gymnasium as gym

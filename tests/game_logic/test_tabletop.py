@@ -16,7 +16,7 @@ from farm_ar.scenes import Layout
 from farm_ar.scenes.builtin.farm import farm
 
 SCENE = farm()
-EFFORT = settings().max_examples  # 50; 2000 in the thorough profile
+EFFORT = settings().max_examples
 COOP, HUTCH, SHED = (0.10, 0.08, 0.09), (0.09, 0.07, 0.07), (0.20, 0.14, 0.16)
 CELL = 0.14  # a coop fits into it however it is turned
 WIDE, NARROW = (8, 5), (5, 4)

@@ -34,14 +34,14 @@ def same(first: IntArray, second: IntArray) -> bool:
     return bool(((first[:, None] == first) == (second[:, None] == second)).all())
 
 
-@settings(deadline=None, max_examples=20)
+@settings(deadline=None, max_examples=20 * settings().max_examples // 50)
 @given(SEEDS, st.sampled_from([0.0, 0.001, 0.02, 0.05]))
 def test_objects_far_apart_are_told_apart_whatever_the_noise_of_detecting(seed: int, sd: float) -> None:
     rows, truth = detected(np.random.default_rng(seed), position_sd=sd)
     assert same(associate(*rows, area=6.0).object_of, truth)
 
 
-@settings(deadline=None, max_examples=10)
+@settings(deadline=None, max_examples=10 * settings().max_examples // 50)
 @given(SEEDS)
 def test_the_order_of_the_snapshots_does_not_matter(seed: int) -> None:
     rng = np.random.default_rng(seed)

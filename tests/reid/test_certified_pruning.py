@@ -10,7 +10,7 @@ from farm_ar.reid.certified_pruning import nearest_labels
 from farm_ar.scenes import Weights
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60 * settings().max_examples // 50, deadline=None)
 @given(
     seed=st.integers(0, 2**32 - 1),
     n=st.integers(0, 6),
@@ -34,7 +34,7 @@ def test_the_pruned_optimum_is_the_optimum_over_all_labels(seed, n, m, loose, ba
     np.testing.assert_array_equal(considered, cost[:, chosen])
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30 * settings().max_examples // 50, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), threshold=st.sampled_from([0.0, 0.5, 1.0]), gate=st.booleans())
 def test_certified_pruning_of_the_papers_rule_changes_no_answer_at_any_weights(
     seed, threshold, gate, make_scene, make_batch

@@ -23,7 +23,7 @@ def by_trying_all(cost: np.ndarray) -> list[float]:
     return sorted(totals[max(totals)])
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40 * settings().max_examples // 50, deadline=None)
 @given(
     seed=st.integers(0, 2**32 - 1),
     n=st.integers(1, 4),

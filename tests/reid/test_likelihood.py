@@ -68,7 +68,7 @@ def seen(position, camera=FULL_VIEW, yaw=None, category=None, size=None) -> Snap
     )
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25 * settings().max_examples // 50, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 5), m=st.integers(1, 6), away=st.booleans())
 def test_with_known_noise_probabilities_are_those_of_the_densities(seed, n, m, away):
     """Weights worked out with NumPy and SciPy, in a view of everything or of nothing."""

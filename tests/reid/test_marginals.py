@@ -32,7 +32,7 @@ def problem(seed: int, n: int, m: int) -> tuple[FloatArray, FloatArray]:
     return weight, rng.uniform(0.01, 0.5, n)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40 * settings().max_examples // 50, deadline=None)
 @given(seed=SEEDS, n=st.integers(1, 4), m=st.integers(1, 5))
 def test_exact_marginals_are_those_of_a_sum_over_all_ways(seed, n, m):
     weight, none = problem(seed, n, m)
@@ -43,7 +43,7 @@ def test_exact_marginals_are_those_of_a_sum_over_all_ways(seed, n, m):
     assert exact
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40 * settings().max_examples // 50, deadline=None)
 @given(seed=SEEDS, n=st.integers(2, 4), m=st.integers(7, 9))
 def test_belief_propagation_comes_near_and_is_exact_without_cycles(seed, n, m):
     weight, none = problem(seed, n, m)

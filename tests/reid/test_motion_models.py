@@ -10,7 +10,7 @@ from farm_ar.errors import OptionError
 from farm_ar.reid import DetectionNoise, Motion, NoisePrior, Rates, likelihood_densities, motion_log_density
 from farm_ar.reid.motion_models import axis_log_density, heading_log_density
 
-few = settings(max_examples=30, deadline=None)
+few = settings(max_examples=30 * settings().max_examples // 50, deadline=None)
 
 
 def along(x: float, label: float, side: float | None, motion_sd: float, detection_sd: float) -> float:

@@ -106,7 +106,7 @@ def test_a_group_turned_about_its_middle_is_found_with_its_turn() -> None:
     assert accuracy(reid.identify(snapshot), truth) == 1.0
 
 
-@settings(deadline=None, max_examples=15)
+@settings(deadline=None, max_examples=15 * settings().max_examples // 50)
 @given(SEEDS)
 def test_a_drift_of_the_frame_leaves_the_labels_as_they_are(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -20,7 +20,7 @@ from farm_ar.reid.margins import margins
 from farm_ar.scenes import Camera, Detections, Layout, Scene, Snapshot, Weights
 
 SEEDS = st.integers(0, 2**32 - 1)
-few = settings(max_examples=40, deadline=None)
+few = settings(max_examples=40 * settings().max_examples // 50, deadline=None)
 
 
 @dataclass

@@ -25,7 +25,7 @@ from farm_ar.scenes import (
 )
 
 SEEDS = st.integers(0, 2**32 - 1)
-SEQUENCES = settings(deadline=None, max_examples=10)
+SEQUENCES = settings(deadline=None, max_examples=10 * settings().max_examples // 50)
 Truth = tuple[str | None, ...]
 
 

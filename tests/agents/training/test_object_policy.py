@@ -38,7 +38,7 @@ def in_another_order(env, order):
     return env.observe(), env.action_masks()
 
 
-@settings(max_examples=10)
+@settings(max_examples=10 * settings().max_examples // 50)
 @given(st.sampled_from(["displacement", "slot"]), st.integers(0, 99), st.randoms(use_true_random=False))
 def test_objects_numbered_otherwise_are_treated_the_same(action, seed, random):
     env = FarmToTableEnv(action=action, **QUICK)
