@@ -37,6 +37,9 @@ def test_trials_of_one_case_that_are_alike_widen_the_interval():
 def test_cases_weigh_as_much_as_they_have_trials():
     found = clustered_share([0, 30], [10, 30], np.random.default_rng(0))
     assert found == pytest.approx((0.75, 0.0, 1.0))
+    small = clustered_share([1] * 10 + [0] * 10, [1] * 10 + [999] * 10, np.random.default_rng(0))
+    assert small.value == pytest.approx(0.001)
+    assert 0 < small.low < small.value < small.high < 0.01
 
 
 @pytest.mark.parametrize(("each", "ends"), [(0, (0.0, 0.3085)), (50, (0.6915, 1.0))])

@@ -13,6 +13,7 @@ from farm_ar.agents.stress import (
     StressOptions,
     read_failure,
     replay_failure,
+    report,
     run_stress,
     summarise,
     write_study,
@@ -76,6 +77,18 @@ def test_certificates_stand_where_a_theorem_does(summary, folder):
 def test_a_failure_always_breaks_the_rule_that_it_was_made_for(summary):
     for rule in summary.reids:
         assert rule.transfer[rule.reid].value == 1.0
+
+
+def test_the_worst_failure_of_a_case_has_most_wrong_labels_and_of_those_least_effort(study, summary):
+    for rule in summary.reids:
+        for case, worst in zip(rule.cases, rule.most_wrong, strict=True):
+            found = [
+                (-row["worst"]["wrong"], row["worst"]["effort"])
+                for row in study.attacked
+                if (row["reid"], row["case"]) == (rule.reid, case) and row["worst"] is not None
+            ]
+            wrong, effort = min(found)
+            assert worst == (-wrong, effort)
 
 
 def test_the_game_suffers_from_wrong_labels(summary):
@@ -246,8 +259,12 @@ def test_cases_that_are_wrong_before_anything_moves_are_left_out_and_counted(mon
     shown = [row["transfer"]["wrong"] > 0 for row in found if row["case"] in kept]
     assert 0 < len(shown) < len(found)
     assert right.transfer["wrong"] == share_of(sum(shown), len(shown))
+    drawn = []
+    monkeypatch.setattr(report, "cell_chart", lambda cells, *rest: drawn.append(np.sum(cells)) or "")
     page = page_of(study, summarise(study, LABELS))
     assert f"wrong: {6 - len(kept)} of 6 cases are left out" in page
+    counted = [np.sum(r["cells"]) for r in study.attacked if r["reid"] == "wrong" and r["case"] in kept]
+    assert drawn[0] == sum(counted)
 
 
 def test_a_method_that_is_wrong_everywhere_has_no_numbers_but_a_page(monkeypatch):

@@ -232,7 +232,8 @@ ALGORITHMS_AND_VALUES = [
 
 @pytest.mark.parametrize(("algo", "values"), ALGORITHMS_AND_VALUES)
 def test_a_checkpoint_is_read_without_unpickling_anything(tiny, tmp_path, monkeypatch, algo, values):
-    run = tiny(algo, n_timesteps=32, checkpoint_every=16, **values)
+    # 96 steps fill the memory of a learner that has one, and begin to write over it.
+    run = tiny(algo, n_timesteps=96 if algo == "sac" else 32, checkpoint_every=16, **values)
     trained = train(run, tmp_path)
 
     def refuse(*_, **__):
@@ -259,7 +260,9 @@ def test_a_checkpoint_is_read_without_unpickling_anything(tiny, tmp_path, monkey
         {"r": float(e["r"]), "l": e["l"], "t": 0} for e in trained.ep_info_buffer
     ]
     if algo == "sac":
-        assert np.array_equal(resumed.replay_buffer.rewards, trained.replay_buffer.rewards)
+        kept, before = resumed.replay_buffer, trained.replay_buffer
+        assert (kept.full, kept.pos) == (before.full, before.pos) == (True, 16)
+        assert np.array_equal(kept.rewards, before.rewards)
         assert resumed.log_ent_coef.item() == trained.log_ent_coef.item()
 
 
