@@ -8,10 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from farm_ar.agents.validity import outside_by, overlap_depth
+from farm_ar.agents.validity import outside_by
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.errors import OptionError
 from farm_ar.geometry import wrap
+from farm_ar.geometry.rectangles import overlap_depth
 from farm_ar.kernels import compiled
 from farm_ar.scenes import Layout, Scene
 

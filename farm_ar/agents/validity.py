@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray
+from farm_ar.geometry.rectangles import overlap_depth
 from farm_ar.kernels import compiled
 
 
@@ -30,32 +31,6 @@ class Constraints(NamedTuple):
     keeps_clear: BoolArray
     stays_inside: BoolArray
     room: FloatArray
-
-
-@compiled
-def overlap_depth(
-    dx: float, dz: float, yaw: float, other_yaw: float, half: FloatArray, other_half: FloatArray
-) -> float:
-    """How deep two footprints stand in each other, metres; negative where a gap is between them.
-
-    Separating axes: the least over the sides' directions of what their shadows share.
-
-    Args:
-        dx: from the one's pivot to the other's, metres.
-        dz: likewise.
-        yaw: heading of the one, radians.
-        other_yaw: heading of the other, radians.
-        half: (3,) half of the one's size, metres.
-        other_half: (3,) half of the other's size, metres.
-    """
-    cosine, sine = abs(np.cos(other_yaw - yaw)), abs(np.sin(other_yaw - yaw))
-    own_cos, own_sin = np.cos(yaw), np.sin(yaw)
-    other_cos, other_sin = np.cos(other_yaw), np.sin(other_yaw)
-    a = half[0] + other_half[0] * cosine + other_half[2] * sine - abs(dx * own_cos - dz * own_sin)
-    b = half[2] + other_half[0] * sine + other_half[2] * cosine - abs(dx * own_sin + dz * own_cos)
-    c = other_half[0] + half[0] * cosine + half[2] * sine - abs(dx * other_cos - dz * other_sin)
-    d = other_half[2] + half[0] * sine + half[2] * cosine - abs(dx * other_sin + dz * other_cos)
-    return float(min(a, b, c, d))
 
 
 @compiled

@@ -6,6 +6,7 @@ import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.geometry.angles import wrap_angle
+from farm_ar.geometry.rectangles import overlap_depth
 from farm_ar.kernels import compiled
 
 
@@ -49,7 +50,7 @@ def place_in_turn(
                 dx, dz = position[j, 0] - x, position[j, 1] - z
                 if dx * dx + dz * dz < apart**2 or (
                     keeps_clear[i, j]
-                    and boxes_overlap(dx, dz, heading, yaw[j], size[i] / 2 + gap, size[j] / 2)
+                    and overlap_depth(dx, dz, heading, yaw[j], size[i] / 2 + gap, size[j] / 2) > 0
                 ):
                     fits = False
                     break
@@ -127,19 +128,3 @@ def poses_anywhere(
                 pose[k, t, axis] = within(place, edge[i, axis], room[axis] - edge[i, axis])
             pose[k, t, 2] = -limit + 2 * limit * drawn[k, t, 2]
     return pose
-
-
-@compiled
-def boxes_overlap(
-    dx: float, dz: float, yaw: float, other_yaw: float, half: FloatArray, other_half: FloatArray
-) -> bool:
-    """Whether a footprint overlaps another whose centre is (dx, dz) away (half sizes: (3,))."""
-    cosine, sine = abs(np.cos(other_yaw - yaw)), abs(np.sin(other_yaw - yaw))
-    for heading, own, others in ((yaw, half, other_half), (other_yaw, other_half, half)):
-        right = abs(dx * np.cos(heading) - dz * np.sin(heading))
-        forward = abs(dx * np.sin(heading) + dz * np.cos(heading))
-        if right >= own[0] + others[0] * cosine + others[2] * sine:
-            return False
-        if forward >= own[2] + others[0] * sine + others[2] * cosine:
-            return False
-    return True

@@ -10,14 +10,13 @@ import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray
 from farm_ar.errors import OptionError, SceneError
-from farm_ar.game_logic.overlaps import deepest_overlap
 from farm_ar.game_logic.physics import gripper, proximity, stepping, trajectory
 from farm_ar.game_logic.physics.gripper import HAND_ROOM, REACH, HandState
 from farm_ar.game_logic.physics.limits import Motion, MotionLimit
 from farm_ar.game_logic.physics.space import PhysicsSpace
 from farm_ar.game_logic.physics.state import Limits
 from farm_ar.game_logic.physics.trajectory import Trajectory
-from farm_ar.geometry import footprint_corners, from_pymunk, wrap
+from farm_ar.geometry import deepest_overlap, footprint_corners, from_pymunk, wrap
 from farm_ar.scenes import Layout
 from farm_ar.structs import new_structs
 
@@ -311,4 +310,4 @@ class Tabletop:
 
     def overlap(self) -> float:
         """How deep the deepest two footprints stand inside each other now, metres."""
-        return deepest_overlap(*self.poses(), self._layout.size)
+        return float(deepest_overlap(*self.poses(), self._layout.size))

@@ -24,14 +24,6 @@ from farm_ar.geometry.camera import (
     in_view,
     view_polygon,
 )
-from farm_ar.geometry.footprints import (
-    footprint_corners,
-    footprints_overlap,
-    inside_footprint,
-    segment_hits_box,
-    segment_hits_footprint,
-    world_box,
-)
 from farm_ar.geometry.frames import (
     FRAMES,
     PlanarPose,
@@ -41,6 +33,15 @@ from farm_ar.geometry.frames import (
     planar_pose,
     pose_matrix,
     to_pymunk,
+)
+from farm_ar.geometry.rectangles import (
+    deepest_overlap,
+    footprint_corners,
+    footprints_overlap,
+    inside_footprint,
+    segment_hits_box,
+    segment_hits_footprint,
+    world_box,
 )
 from farm_ar.geometry.voronoi import nearest_site, voronoi_cells
 
@@ -55,6 +56,7 @@ __all__ = [
     "chain",
     "convert_points",
     "convert_pose",
+    "deepest_overlap",
     "direction",
     "distance",
     "equally_spaced",

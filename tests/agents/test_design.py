@@ -8,8 +8,7 @@ from farm_ar.agents.attacks import Analytic, QueryOracle
 from farm_ar.agents.cases import draw_case
 from farm_ar.agents.design import certified_radius, described, design, with_objects
 from farm_ar.errors import OptionError
-from farm_ar.game_logic.overlaps import deepest_overlap
-from farm_ar.geometry import footprint_corners
+from farm_ar.geometry import deepest_overlap, footprint_corners
 from farm_ar.reid import REIDENTIFIERS
 from farm_ar.scenes import builtin_scene
 

@@ -2,11 +2,8 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from farm_ar.agents.validity import Constraints, are_valid, outside_by, overlap_depth, settle
-from farm_ar.geometry import footprints_overlap
+from farm_ar.agents.validity import Constraints, are_valid, outside_by, settle
 
 SIZE = np.array([[0.1, 0.1, 0.2], [0.15, 0.1, 0.1], [0.2, 0.1, 0.2]])
 BEFORE = np.array([[0.2, 0.2], [0.5, 0.5], [0.8, 0.8]])
@@ -20,15 +17,6 @@ def check(
         BEFORE, np.zeros(3), SIZE / 2, np.array(fixed), keeps_clear, np.array(inside), np.ones(2)
     )
     return kernel(np.array([position]), np.array([yaw]), limits)[0]
-
-
-@given(*[st.floats(-0.3, 0.3)] * 2, *[st.floats(-3, 3)] * 2)
-def test_a_depth_is_positive_where_footprints_overlap(dx, dz, yaw, other):
-    depth = overlap_depth.py_func(dx, dz, yaw, other, SIZE[0] / 2, SIZE[1] / 2)
-    assert depth == overlap_depth(dx, dz, yaw, other, SIZE[0] / 2, SIZE[1] / 2)
-    overlap = footprints_overlap(np.zeros(2), yaw, SIZE[0], np.array([dx, dz]), other, SIZE[1])
-    if abs(depth) > 1e-9:
-        assert (depth > 0) == overlap
 
 
 @pytest.mark.parametrize(

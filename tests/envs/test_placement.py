@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from farm_ar.envs import placement
-from farm_ar.envs.placement import boxes_overlap, place_in_turn, poses_anywhere, poses_nearby
-from farm_ar.geometry import footprints_overlap, wrap
+from farm_ar.envs.placement import place_in_turn, poses_anywhere, poses_nearby
+from farm_ar.geometry import wrap
 
 
 @pytest.mark.parametrize("place", [place_in_turn, place_in_turn.py_func], ids=["compiled", "plain"])
@@ -30,16 +30,6 @@ def test_where_no_pose_keeps_clear_it_says_so_and_leaves_the_object(place):
     )
     assert placed.tolist() == [True, False]
     np.testing.assert_array_equal(position[1], (0, 0))
-
-
-def test_plain_and_compiled_overlap_agree_with_the_separating_axes_of_geometry(rng):
-    for _ in range(300):
-        place, yaw = rng.uniform(0, 0.3, (2, 2)), rng.uniform(-3, 3, 2)
-        size = rng.uniform(0.02, 0.2, (2, 3))
-        expected = bool(footprints_overlap(place[0], yaw[0], size[0], place[1], yaw[1], size[1]))
-        (dx, dz), half = place[1] - place[0], size / 2
-        for overlap in (boxes_overlap, boxes_overlap.py_func):
-            assert overlap(dx, dz, yaw[0], yaw[1], half[0], half[1]) == expected
 
 
 @pytest.fixture(params=["compiled", "plain"])

@@ -7,9 +7,7 @@ import pytest
 
 from farm_ar.envs import FarmToTableEnv
 from farm_ar.envs.generator import StartingLayouts
-from farm_ar.envs.placement import boxes_overlap
-from farm_ar.game_logic.overlaps import deepest_overlap
-from farm_ar.geometry import footprint_corners, footprints_overlap, wrap
+from farm_ar.geometry import deepest_overlap, footprint_corners, footprints_overlap, wrap
 from farm_ar.scenes import Camera, FieldOfView, builtin_scene
 
 FARM = builtin_scene("farm")
@@ -72,16 +70,6 @@ def test_what_stands_apart_in_a_room_stays_apart_and_what_overlaps_may(name):
     for layout in draws("default", scene, count=20):
         assert layout is not home
         assert not np.any(overlaps(layout) & ~own)
-
-
-def test_the_compiled_overlap_is_that_of_the_geometry(rng):
-    for _ in range(2000):
-        size = rng.uniform(0.05, 0.3, (2, 3))
-        yaw = rng.uniform(-4, 4, 2)
-        place = rng.uniform(0, 0.3, (2, 2))
-        expected = footprints_overlap(place[0], yaw[0], size[0], place[1], yaw[1], size[1])
-        apart = place[1] - place[0]
-        assert boxes_overlap(apart[0], apart[1], yaw[0], yaw[1], size[0] / 2, size[1] / 2) == bool(expected)
 
 
 def test_truth_and_belief_begin_alike():

@@ -7,9 +7,12 @@ from scipy.optimize import linprog
 
 from farm_ar.arrays import FloatArray
 from farm_ar.geometry import (
+    deepest_overlap,
+    direction,
     footprint_corners,
     footprints_overlap,
     inside_footprint,
+    rectangles,
     segment_hits_box,
     segment_hits_footprint,
     world_box,
@@ -121,6 +124,38 @@ def test_all_pairs_of_a_layout_come_from_broadcasting() -> None:
     yaw, size = np.zeros(3), np.ones((3, 3))
     pairs = footprints_overlap(position[:, None], yaw[:, None], size[:, None], position, yaw, size)
     np.testing.assert_array_equal(pairs, [[1, 1, 0], [1, 1, 0], [0, 0, 1]])
+
+
+def shared_shadows(position: FloatArray, yaw: FloatArray, size: FloatArray) -> float:
+    """The least that the shadows of two footprints share along any of their sides."""
+    corners = footprint_corners(position, yaw, size)
+    axes = np.concatenate([direction(yaw), direction(yaw + np.pi / 2)])
+    low, high = (end(corners @ axes.T, axis=1) for end in (np.min, np.max))
+    return float(np.min(high.min(axis=0) - low.max(axis=0)))
+
+
+@given(sizes, sizes, yaws, yaws, places)
+def test_an_overlap_is_as_deep_as_the_shadows_share(
+    size: FloatArray, other_size: FloatArray, yaw: float, other_yaw: float, offset: FloatArray
+) -> None:
+    position, yaws = np.stack([np.zeros(2), offset]), np.array([yaw, other_yaw])
+    both = np.stack([size, other_size])
+    expected = max(shared_shadows(position, yaws, both), 0.0)
+    for kernel in (deepest_overlap, deepest_overlap.py_func):  # type: ignore[attr-defined]
+        assert kernel(position, yaws, both) == pytest.approx(expected, abs=1e-9)
+
+
+@given(sizes, yaws, places)
+def test_the_distance_of_a_point_is_that_of_the_nearest_of_many_points_inside(
+    size: FloatArray, yaw: float, offset: FloatArray
+) -> None:
+    grid = np.stack(np.meshgrid(*[np.linspace(-0.5, 0.5, 101)] * 2), axis=-1).reshape(-1, 2)
+    right, forward = direction(yaw + np.pi / 2), direction(yaw)
+    inside = grid[:, :1] * size[0] * right + grid[:, 1:] * size[2] * forward
+    nearest = np.linalg.norm(inside - offset, axis=1).min()
+    away = rectangles.point_distance(offset[0], offset[1], -yaw, size[0] / 2, size[2] / 2)
+    assert away <= nearest + 1e-12
+    assert nearest - away <= 0.01 * float(np.hypot(size[0], size[2]))
 
 
 @given(sizes, yaws, places)

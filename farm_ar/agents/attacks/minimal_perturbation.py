@@ -9,8 +9,9 @@ import numpy as np
 from farm_ar.agents.attacks.cost_model import Model, stretch_of
 from farm_ar.agents.cases import Case
 from farm_ar.agents.certificates.regions import view_planes
-from farm_ar.agents.validity import outside_by, overlap_depth
+from farm_ar.agents.validity import outside_by
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
+from farm_ar.geometry.rectangles import overlap_depth
 from farm_ar.kernels import compiled
 
 HELPERS = 2

@@ -14,7 +14,7 @@ from farm_ar.agents.policies.lookahead import effort_of, foresee, placed
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.envs import FarmToTableEnv
 from farm_ar.envs.actions import Move
-from farm_ar.game_logic.overlaps import deepest_overlap
+from farm_ar.geometry import deepest_overlap
 
 AMBIGUITY_SHARE = 0.5
 """What a unit of ambiguity is worth beside a wrong label, so that the search has a slope to follow."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.envs.actions import SlotAction
-from farm_ar.envs.placement import boxes_overlap
+from farm_ar.geometry.rectangles import overlap_depth
 from farm_ar.kernels import compiled
 
 WAY_POINTS = 6
@@ -189,6 +189,6 @@ def is_clear(
         for k in range(1, WAY_POINTS + 1):
             part = k / WAY_POINTS
             turned = yaw[i] + part * (heading - yaw[i])
-            if boxes_overlap(to_x - part * dx, to_z - part * dz, turned, yaw[j], half, other):
+            if overlap_depth(to_x - part * dx, to_z - part * dz, turned, yaw[j], half, other) > 0:
                 return False
     return True
