@@ -26,7 +26,7 @@ import farm_ar  # noqa: F401  # registers the environments
 from farm_ar.drawing.game.above import TableFromAbove
 from farm_ar.drawing.game.frames import GameFrames
 from farm_ar.game_logic.headset import field_of_view, look_at
-from farm_ar.game_logic.moment import Moment
+from farm_ar.game_logic.render_state import RenderState
 from farm_ar.scenes import Scene
 from farm_ar.scenes.builtin import builtin_scene
 from farm_ar.scenes.builtin.furniture import Model, Piece, furnish
@@ -80,13 +80,13 @@ def waiting(env: gym.Env[Any, Any], number: int) -> Any:
     return np.zeros(4, dtype=np.float32)
 
 
-def of_moments(draw: Callable[[Moment], Any], moments: list[Moment]) -> Case:
+def of_moments(draw: Callable[[RenderState], Any], moments: list[RenderState]) -> Case:
     """One picture after the other of moments, round and round."""
     for moment in cycle(moments):
         yield lambda moment=moment: draw(moment)  # type: ignore[misc]
 
 
-def running(scene: Scene, animals: int, head_moves: bool) -> list[Moment]:
+def running(scene: Scene, animals: int, head_moves: bool) -> list[RenderState]:
     """Moments of a game in play, one animal's pace apart."""
     rng = np.random.default_rng(0)
     n, size = len(scene.layout), np.array(scene.size)
@@ -104,7 +104,7 @@ def running(scene: Scene, animals: int, head_moves: bool) -> list[Moment]:
         views = views[:1] * len(views)
     nothing = np.zeros(n, dtype=np.int64)
     return [
-        Moment(
+        RenderState(
             scene,
             scene.layout,
             scene.layout,
@@ -165,7 +165,7 @@ def _masked(env: gym.Env[Any, Any], number: int) -> Any:
     return np.array([first[rng.integers(len(first))], *rng.integers(space.nvec[1:])])
 
 
-def _shifted(moment: Moment, number: int) -> Any:
+def _shifted(moment: RenderState, number: int) -> Any:
     layout = moment.truth
     position = layout.position.copy()
     position[1] += [0.004 * number, 0.0]

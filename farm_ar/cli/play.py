@@ -11,7 +11,7 @@ import typer
 from farm_ar.cli.options import REID_HELP, Seed
 
 if TYPE_CHECKING:
-    from farm_ar.game_logic.moment import Moment
+    from farm_ar.game_logic.render_state import RenderState
     from farm_ar.reid import ReidFactory
     from farm_ar.showcases.draft import Draft
 
@@ -66,7 +66,7 @@ def play(
         print_line(f"Saved {save}; film it with: farm-ar demo {save}")
 
 
-def _take_lines(draft: Draft, make_reid: ReidFactory, moment: Moment, out: Path) -> None:
+def _take_lines(draft: Draft, make_reid: ReidFactory, moment: RenderState, out: Path) -> None:
     """Do what the lines of the input say, until they end."""
     from farm_ar.cli.output import print_line
     from farm_ar.errors import InputError
@@ -115,7 +115,7 @@ def _at_a_terminal() -> bool:
     return sys.stdin.isatty()
 
 
-def _show(draft: Draft, make_reid: ReidFactory, out: Path) -> Moment:
+def _show(draft: Draft, make_reid: ReidFactory, out: Path) -> RenderState:
     """Play what has been written so far, from the beginning, and tell and draw how things stand."""
     import numpy as np
 
@@ -145,7 +145,7 @@ def _show(draft: Draft, make_reid: ReidFactory, out: Path) -> Moment:
     return moment
 
 
-def _print_table(moment: Moment) -> None:
+def _print_table(moment: RenderState) -> None:
     """Print where every building really is and which label the game has on the wrong one."""
     import numpy as np
 

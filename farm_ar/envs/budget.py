@@ -7,8 +7,8 @@ from typing import Protocol
 import numpy as np
 
 from farm_ar.envs.actions import Move
-from farm_ar.game_logic.motion import Motion
-from farm_ar.game_logic.tabletop import Most
+from farm_ar.game_logic.physics.limits import Motion
+from farm_ar.game_logic.physics.tabletop import MotionLimit
 
 
 class Budget(Protocol):
@@ -20,7 +20,7 @@ class Budget(Protocol):
         ...
 
     @property
-    def most(self) -> Most:
+    def most(self) -> MotionLimit:
         """What the buildings may still be moved by."""
         ...
 
@@ -50,9 +50,9 @@ class MotionBudget:
         self.left = 1.0, 1.0
 
     @property
-    def most(self) -> Most:
+    def most(self) -> MotionLimit:
         """What the buildings may still be moved by."""
-        return Most(self._metres, self._radians)
+        return MotionLimit(self._metres, self._radians)
 
     def fitted(self, moves: list[Move]) -> list[Move]:
         """The moves with ways and turns each scaled down together as far as needed."""
@@ -84,9 +84,9 @@ class EffortBudget:
         return self._left / self._whole, self._left / self._whole
 
     @property
-    def most(self) -> Most:
+    def most(self) -> MotionLimit:
         """What the buildings may still be moved by."""
-        return Most(effort=self._left, diagonal=self._diagonal)
+        return MotionLimit(effort=self._left, diagonal=self._diagonal)
 
     def fitted(self, moves: list[Move]) -> list[Move]:
         """The moves, ways and turns scaled down together as far as needed."""

@@ -13,11 +13,11 @@ from farm_ar.envs.actions import Move, MoveAction
 from farm_ar.envs.budget import Budget
 from farm_ar.envs.table import TableView
 from farm_ar.envs.worlds import World
+from farm_ar.game_logic.belief import Sighting
 from farm_ar.game_logic.farm_game import UNMOVED, FarmGame
-from farm_ar.game_logic.hand import MAX_HAND_SPEED, MAX_TWIST
-from farm_ar.game_logic.motion import Motion
-from farm_ar.game_logic.plane import TICK
-from farm_ar.game_logic.tracker import Sighting
+from farm_ar.game_logic.physics.gripper import MAX_HAND_SPEED, MAX_TWIST
+from farm_ar.game_logic.physics.limits import Motion
+from farm_ar.game_logic.physics.state import TICK
 
 STEPS_PER_SECOND = 10
 """How often the hand is steered."""

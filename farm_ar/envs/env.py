@@ -31,9 +31,9 @@ from farm_ar.envs.table import TableView, meeting_order
 from farm_ar.envs.trace import Trace, state_digest
 from farm_ar.envs.worlds import World
 from farm_ar.errors import OptionError
+from farm_ar.game_logic.belief import Sighting
 from farm_ar.game_logic.headset import field_of_view
 from farm_ar.game_logic.perception import Perception
-from farm_ar.game_logic.tracker import Sighting
 from farm_ar.reid import ReidFactory
 from farm_ar.scenes import Camera, Layout, Scene
 
@@ -374,7 +374,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
             from farm_ar.drawing.game.frames import GameFrames
 
             self._frames = GameFrames(self._scene)
-        return self._frames.frame(self.world.moment())
+        return self._frames.frame(self.world.render_state())
 
     def trace(self) -> dict[str, Any]:
         """The episode so far as JSON values: what `farm_ar.envs.replay` plays again to the same hash.

@@ -14,9 +14,9 @@ from farm_ar.envs.perceptions import UnsteadyHead, perception_of
 from farm_ar.envs.placement import place_in_turn, poses_anywhere, poses_nearby
 from farm_ar.envs.worlds import PlainScene, World
 from farm_ar.errors import InputError, OptionError, known_name
+from farm_ar.game_logic.belief import Tracker
 from farm_ar.game_logic.farm_game import FarmGame
 from farm_ar.game_logic.headset import random_camera
-from farm_ar.game_logic.tracker import Tracker
 from farm_ar.geometry import footprints_overlap
 from farm_ar.reid import reid_factory
 from farm_ar.scenes import BUILTIN, Camera, FieldOfView, Layout, Scene, builtin_scene, load_scene

@@ -121,13 +121,13 @@ class PixelObservation:
 
     def observe(self, reading: Reading, left: Left, world: World) -> Any:
         """The picture of now; the other arguments are not looked at."""
-        return self._picture.draw_pixel_observation(world.moment(), self._white_box)
+        return self._picture.draw_pixel_observation(world.render_state(), self._white_box)
 
     def observe_on(
         self, reading: Reading, moves_left: float, motion_left: tuple[float, float], world: World
     ) -> Any:
         """The same."""
-        return self._picture.draw_pixel_observation(world.moment(), self._white_box)
+        return self._picture.draw_pixel_observation(world.render_state(), self._white_box)
 
 
 def _box(high: float, count: int, low: float | None = None) -> spaces.Box:

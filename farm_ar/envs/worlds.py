@@ -7,11 +7,11 @@ from typing import Protocol
 import numpy as np
 
 from farm_ar.arrays import FloatArray
+from farm_ar.game_logic.belief import Sighting, Tracker
 from farm_ar.game_logic.farm_game import Phase
-from farm_ar.game_logic.moment import Moment
-from farm_ar.game_logic.motion import Motion
-from farm_ar.game_logic.tabletop import Most
-from farm_ar.game_logic.tracker import Sighting, Tracker
+from farm_ar.game_logic.physics.limits import Motion
+from farm_ar.game_logic.physics.tabletop import MotionLimit
+from farm_ar.game_logic.render_state import RenderState
 from farm_ar.geometry import to_pymunk, wrap
 from farm_ar.scenes import Camera, Layout
 
@@ -51,7 +51,9 @@ class World(Protocol):
         """How often that has changed."""
         ...
 
-    def move(self, index: int, displacement: FloatArray, turn: float, *, most: Most | None = None) -> Motion:
+    def move(
+        self, index: int, displacement: FloatArray, turn: float, *, most: MotionLimit | None = None
+    ) -> Motion:
         """Move one object, and all objects together by no more than so much."""
         ...
 
@@ -63,7 +65,7 @@ class World(Protocol):
         """Let time pass."""
         ...
 
-    def moment(self, caption: str = "") -> Moment:
+    def render_state(self, caption: str = "") -> RenderState:
         """All there is to see now."""
         ...
 
@@ -106,7 +108,9 @@ class PlainScene:
         """From now on this camera looks."""
         self.camera, self.phase = camera or self.camera, Phase.HAND
 
-    def move(self, index: int, displacement: FloatArray, turn: float, *, most: Most | None = None) -> Motion:
+    def move(
+        self, index: int, displacement: FloatArray, turn: float, *, most: MotionLimit | None = None
+    ) -> Motion:
         """Set one object's pose; its pivot stays in the room. It moves nothing else."""
         before = self._position[index].copy()
         self._position[index] = np.clip(before + displacement, 0.0, self.tracker.scene.size)
@@ -124,10 +128,10 @@ class PlainScene:
     def play(self, seconds: float) -> None:
         """Nothing plays here."""
 
-    def moment(self, caption: str = "") -> Moment:
+    def render_state(self, caption: str = "") -> RenderState:
         """All there is to see now."""
         scene, belief = self.tracker.scene, self.tracker.belief
-        return Moment(
+        return RenderState(
             scene,
             self.truth,
             belief.layout,

@@ -13,15 +13,15 @@ from farm_ar.game_logic import phases
 from farm_ar.game_logic.animals import arrival
 from farm_ar.game_logic.animals.flock import Flock
 from farm_ar.game_logic.animals.routes import Routes
+from farm_ar.game_logic.belief import Sighting, Tracker
 from farm_ar.game_logic.counters import Counters
-from farm_ar.game_logic.moment import Moment
 from farm_ar.game_logic.perception import GeometricHandDetector, HandDetector, HandView, Perception
 from farm_ar.game_logic.phases import AWAY_TICKS, GameArrays, Phase, Visit
 from farm_ar.game_logic.physics.limits import Motion, MotionLimit
 from farm_ar.game_logic.physics.state import TICK
+from farm_ar.game_logic.physics.tabletop import Tabletop
 from farm_ar.game_logic.physics.velocity_control import control_tick
-from farm_ar.game_logic.tabletop import Tabletop
-from farm_ar.game_logic.tracker import Sighting, Tracker
+from farm_ar.game_logic.render_state import RenderState
 from farm_ar.game_logic.visibility import eye_of
 from farm_ar.reid import ReidFactory, SpatialReid
 from farm_ar.scenes import Camera, Layout, Scene
@@ -149,9 +149,9 @@ class FarmGame:
         """Animals so far that did not get into the building of their colour."""
         return int(self._astray.item())
 
-    def moment(self, caption: str = "") -> Moment:
+    def render_state(self, caption: str = "") -> RenderState:
         """All there is to see now."""
-        return Moment(
+        return RenderState(
             scene=self.scene,
             truth=self.truth,
             believed=self.believed,
@@ -329,7 +329,9 @@ class FarmGame:
 
     def sees_hand(self) -> bool:
         """Whether the hand detector sees the hand now."""
-        return bool(self.hand_detector.sees_hand(HandView(self.camera, self.tabletop.hand, self.moment)))
+        return bool(
+            self.hand_detector.sees_hand(HandView(self.camera, self.tabletop.hand, self.render_state))
+        )
 
     def _run(self, seconds: float) -> None:
         """Let the animals run."""

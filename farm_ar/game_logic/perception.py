@@ -10,8 +10,8 @@ import numpy as np
 
 from farm_ar.arrays import IntArray
 from farm_ar.game_logic import visibility
-from farm_ar.game_logic.moment import Moment
 from farm_ar.game_logic.physics.gripper import HandState
+from farm_ar.game_logic.render_state import RenderState
 from farm_ar.scenes import PERFECT, Camera, Detections, Detector, Layout, Snapshot, observe_many
 
 
@@ -44,12 +44,12 @@ class HandView:
     Args:
         camera: the headset's camera.
         hand: the true hand, for oracles; None while there is none.
-        moment: gives all there is to see, for detectors that look at a picture of it.
+        render_state: gives all there is to see, for detectors that look at a picture of it.
     """
 
     camera: Camera
     hand: HandState | None
-    moment: Callable[[], Moment]
+    render_state: Callable[[], RenderState]
 
 
 @runtime_checkable

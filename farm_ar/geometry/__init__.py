@@ -5,7 +5,15 @@ along +z.
 """
 
 from farm_ar.geometry.angles import direction, heading, wrap
-from farm_ar.geometry.bezier import (
+from farm_ar.geometry.camera import (
+    bearing,
+    camera_frame,
+    distance,
+    in_vertical_view,
+    in_view,
+    view_polygon,
+)
+from farm_ar.geometry.curves import (
     arc_length_table,
     bezier_point,
     bezier_tangent,
@@ -15,14 +23,6 @@ from farm_ar.geometry.bezier import (
     polyline_length,
     sample_chain,
     split_bezier,
-)
-from farm_ar.geometry.camera import (
-    bearing,
-    camera_frame,
-    distance,
-    in_vertical_view,
-    in_view,
-    view_polygon,
 )
 from farm_ar.geometry.frames import (
     FRAMES,

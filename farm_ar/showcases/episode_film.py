@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, Protocol
 from farm_ar.drawing.game.frames import GameFrames
 from farm_ar.envs import FarmToTableEnv
 from farm_ar.game_logic.farm_game import FarmGame
-from farm_ar.game_logic.tabletop import Tabletop
+from farm_ar.game_logic.physics.tabletop import Tabletop
 from farm_ar.showcases.film import FPS, HEIGHT, TICKS_PER_FRAME, Image
 
 STILL_S = 0.8
@@ -49,7 +49,7 @@ def film_episode(
     stepwise, held = hand or not isinstance(env.world, FarmGame), 3 if hand else round(STILL_S * FPS)
 
     def show() -> None:
-        frames.append(pictures.frame(env.world.moment(caption)))
+        frames.append(pictures.frame(env.world.render_state(caption)))
 
     if isinstance(env.world, FarmGame) and not stepwise:
         _film_game(env.world, show)

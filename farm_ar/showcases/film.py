@@ -10,12 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from farm_ar.drawing.game.frames import GameFrames
+from farm_ar.game_logic.belief import Sighting
 from farm_ar.game_logic.counters import label_text
 from farm_ar.game_logic.farm_game import HAND_AWAY_S, TICK_S, FarmGame
 from farm_ar.game_logic.headset import HeadMotion, field_of_view, gaze_target, look_at
-from farm_ar.game_logic.moment import Moment
-from farm_ar.game_logic.tabletop import Tabletop
-from farm_ar.game_logic.tracker import Sighting
+from farm_ar.game_logic.physics.tabletop import Tabletop
+from farm_ar.game_logic.render_state import RenderState
 from farm_ar.reid import ReidFactory, SpatialReid
 from farm_ar.scenes import Camera, Scene
 from farm_ar.showcases.script import Script, ScriptedVisit
@@ -41,7 +41,7 @@ Row = dict[str, Any]
 class Pictures(Protocol):
     """What makes the frames."""
 
-    def frame(self, moment: Moment) -> Image:
+    def frame(self, moment: RenderState) -> Image:
         """The picture of a moment, (H, W, 3) bytes."""
 
 
@@ -186,7 +186,7 @@ class ScriptRecorder:
         self._game.camera = self._camera()
         self.film.frames += 1
         if self._pictures is not None:
-            self._last = self._pictures.frame(self._game.moment(caption))
+            self._last = self._pictures.frame(self._game.render_state(caption))
             self._ready.append(self._last)
         self._report(self._share)
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from farm_ar.game_logic.moment import Moment
+from farm_ar.game_logic.render_state import RenderState
 from farm_ar.reid import ReidFactory, SpatialReid
 from farm_ar.showcases.film import FPS, Film, Image, ScriptRecorder
 from farm_ar.showcases.script import Script
@@ -17,16 +17,16 @@ _NOTHING: Image = np.zeros((1, 1, 3), np.uint8)
 class _Last:
     """In place of pictures: the last moment."""
 
-    moment: Moment
+    moment: RenderState
 
-    def frame(self, moment: Moment) -> Image:
+    def frame(self, moment: RenderState) -> Image:
         self.moment = moment
         return _NOTHING
 
 
 def outcome(
     script: Script, make_reid: ReidFactory = SpatialReid, to_the_end: bool = False
-) -> tuple[Film, Moment]:
+) -> tuple[Film, RenderState]:
     """Play a script and draw nothing.
 
     Args:

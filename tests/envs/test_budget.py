@@ -7,7 +7,7 @@ from farm_ar.envs import FarmToTableEnv
 from farm_ar.envs.actions import Move
 from farm_ar.envs.budget import EffortBudget, MotionBudget
 from farm_ar.game_logic.headset import field_of_view, look_at
-from farm_ar.game_logic.motion import Motion
+from farm_ar.game_logic.physics.limits import Motion
 
 FORWARD = np.array([0.0, 1.0])
 

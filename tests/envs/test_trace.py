@@ -124,7 +124,7 @@ def test_looking_changes_nothing():
                 env.render()
                 env.action_masks()
                 env.trace()
-                _ = env.view.margins, env.world.moment().animal_heading
+                _ = env.view.margins, env.world.render_state().animal_heading
         return env.state_hash()
 
     assert state(look=True) == state(look=False)

@@ -23,7 +23,7 @@ from farm_ar.game_logic.physics import (
     trajectory,
     velocity_control,
 )
-from farm_ar.game_logic.tabletop import Most, Tabletop
+from farm_ar.game_logic.physics.tabletop import MotionLimit, Tabletop
 from farm_ar.geometry import angles, arc_length, camera, rectangles
 from farm_ar.scenes import Layout, Scene, builtin_scene
 
@@ -62,7 +62,7 @@ def pressed() -> bytes:
     layout = Layout(tuple("abcds"), ("coop",) * 5, place, yaw, size, fixed=np.arange(5) == 4)
     table = Tabletop(layout, (0.8, 0.6))
     table.carry(0, (0.42, 0.22), 1.2, speed=1.5)
-    table.carry(2, (-0.1, 0.3), 0.0, most=Most(metres=0.15))
+    table.carry(2, (-0.1, 0.3), 0.0, most=MotionLimit(metres=0.15))
     table.bring_hand((0.4, -0.05))
     for velocity in ((0.0, 1.5), (0.5, 0.2), (-1.5, 0.0)):
         table.tick(velocity, 1.0, 6)
@@ -84,7 +84,7 @@ def test_the_physics_are_the_same_to_the_last_bit():
 def steered() -> list[np.ndarray]:
     """A hand that comes, grips, drags, spends its budget and goes; animals before, during and after."""
     game = FarmGame(SMALL, AHEAD, np.random.default_rng(0))
-    game.allow(Most(metres=0.2))
+    game.allow(MotionLimit(metres=0.2))
     game.bring_hand()
     for vx, vz, grip, ticks in ((0.5, 1.2, False, 20), (0.4, 0.9, True, 20), (-0.6, 0.3, True, 12)):
         for _ in range(ticks // 4):
@@ -185,7 +185,7 @@ def test_functions_that_take_anything_else_are_refused():
 def test_a_hand_that_rests_goes_by_as_if_every_tick_of_it_were_played(monkeypatch):
     def play() -> list[np.ndarray]:
         game = FarmGame(SMALL, AHEAD, np.random.default_rng(0))
-        game.allow(Most(metres=0.2))
+        game.allow(MotionLimit(metres=0.2))
         game.bring_hand()
         for vz in (0.0, 0.9, 0.0, -0.9, 0.0):
             for _ in range(8):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from farm_ar.game_logic.hand import HandState
+from farm_ar.game_logic.belief import Tracker
 from farm_ar.game_logic.headset import FIELDS_OF_VIEW, look_at
 from farm_ar.game_logic.perception import (
     GeometricHandDetector,
@@ -12,7 +12,7 @@ from farm_ar.game_logic.perception import (
     OraclePerception,
     Perception,
 )
-from farm_ar.game_logic.tracker import Tracker
+from farm_ar.game_logic.physics.gripper import HandState
 from farm_ar.scenes import Detector, builtin_scene, observe_many, visible
 
 FARM = builtin_scene("farm")

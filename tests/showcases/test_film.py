@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from farm_ar.game_logic.moment import Moment
+from farm_ar.game_logic.render_state import RenderState
 from farm_ar.showcases import ScriptRecorder, film_script, load_script
 from farm_ar.showcases import film as film_module
 
@@ -26,9 +26,9 @@ caption = "Away with it"
 
 
 @pytest.fixture
-def moments(monkeypatch) -> list[Moment]:
+def moments(monkeypatch) -> list[RenderState]:
     """The moments of which pictures would be made, in place of the pictures."""
-    kept: list[Moment] = []
+    kept: list[RenderState] = []
 
     class Recorder:
         def __init__(self, scene, height):

@@ -13,9 +13,9 @@ from farm_ar.agents.cases import Case
 from farm_ar.agents.effort import effort_of
 from farm_ar.arrays import FloatArray
 from farm_ar.envs.config import EnvConfig
+from farm_ar.game_logic.belief import Tracker
 from farm_ar.game_logic.farm_game import FarmGame
-from farm_ar.game_logic.tabletop import Most, Tabletop
-from farm_ar.game_logic.tracker import Tracker
+from farm_ar.game_logic.physics.tabletop import MotionLimit, Tabletop
 from farm_ar.reid import Reidentifier, ReidFactory
 from farm_ar.scenes import visible
 
@@ -81,7 +81,7 @@ def _carried(
         if not visible(table.layout, case.camera)[i]:
             return None
         spent = table.moved
-        left = Most(options.budget_m - spent.metres, options.budget_rad - spent.radians)
+        left = MotionLimit(options.budget_m - spent.metres, options.budget_rad - spent.radians)
         table.carry(i, goal[i], float(heading[i]), most=left)
     after = table.layout
     if not wrong_labels(case, reid, after.position[None], after.yaw[None])[0]:

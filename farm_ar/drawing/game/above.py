@@ -30,7 +30,7 @@ from farm_ar.drawing.game.sprites import paste_art
 from farm_ar.drawing.game.text import BOLD, text_sprite
 from farm_ar.drawing.game.viewport import Viewport, viewport_on
 from farm_ar.game_logic.animals.routes import door
-from farm_ar.game_logic.moment import Moment
+from farm_ar.game_logic.render_state import RenderState
 from farm_ar.geometry import direction, footprint_corners, voronoi_cells
 from farm_ar.scenes import Camera, Layout, Scene
 
@@ -74,7 +74,7 @@ class TableFromAbove:
         self._arranged: tuple[object, LabelPlacement] | None = None
 
     def draw(
-        self, moment: Moment, labels: bool = True, beliefs: bool = True, out: Image | None = None
+        self, moment: RenderState, labels: bool = True, beliefs: bool = True, out: Image | None = None
     ) -> Image:
         """The picture of a moment.
 
@@ -117,11 +117,11 @@ class TableFromAbove:
     def _pixel_observation(self) -> PixelObservation:
         return PixelObservation(self.scene, self.size)
 
-    def draw_pixel_observation(self, moment: Moment, beliefs: bool) -> Image:
+    def draw_pixel_observation(self, moment: RenderState, beliefs: bool) -> Image:
         """The picture of a moment in the same size, without words, as `PixelObservation` draws it."""
         return self._pixel_observation.draw(moment, beliefs)
 
-    def label_placement(self, moment: Moment, beliefs: bool = True) -> LabelPlacement:
+    def label_placement(self, moment: RenderState, beliefs: bool = True) -> LabelPlacement:
         """Where the label boxes lie that `draw` would draw."""
         layout = moment.believed if beliefs else moment.truth
         index = [int(i) for i in np.flatnonzero(layout.movable)]
@@ -216,7 +216,7 @@ class TableFromAbove:
             return PAPER, (72, 104, 52)
         return darker(_CELL_LINES, 0.45), ground.ROOM
 
-    def _draw_things(self, image: Image, moment: Moment, frozen: bool) -> None:
+    def _draw_things(self, image: Image, moment: RenderState, frozen: bool) -> None:
         """What is alive around the buildings, the animals, in ice if they are frozen, and the buildings."""
         living = self.scenery.living(moment.seconds)
         around = [self._atlas.number(placed.thing.above) for placed in living]
@@ -267,7 +267,7 @@ class TableFromAbove:
             arts.append(self._atlas.number(roof(layout.category[i], colour, width, depth)))
         return np.array(arts, dtype=np.int64)
 
-    def _draw_labels(self, image: Image, moment: Moment, beliefs: bool) -> None:
+    def _draw_labels(self, image: Image, moment: RenderState, beliefs: bool) -> None:
         placement = self.label_placement(moment, beliefs)
         draw_leaders(image, placement, [self._colours[i] for i in placement.index], self.unit)
         for i, box in zip(placement.index, placement.box, strict=True):

@@ -10,14 +10,16 @@ from farm_ar.drawing.game.marks import displaced
 from farm_ar.drawing.game.overlays import tint_area
 from farm_ar.drawing.game.pinhole import Pinhole, before_camera
 from farm_ar.drawing.game.sprites import SHIFT, fixed_point
-from farm_ar.game_logic.moment import Moment
+from farm_ar.game_logic.render_state import RenderState
 from farm_ar.geometry import footprint_corners
 
 _GLASS = 0.22
 _FARTHEST_PX = 4000.0
 
 
-def draw_belief_overlay(image: Image, moment: Moment, view: Pinhole, colours: tuple[Colour, ...]) -> None:
+def draw_belief_overlay(
+    image: Image, moment: RenderState, view: Pinhole, colours: tuple[Colour, ...]
+) -> None:
     """Outline every object that is not where its label is believed to be, in the label's colour, there.
 
     Args:

@@ -14,7 +14,7 @@ from farm_ar.drawing.game.pinhole import Pinhole
 from farm_ar.drawing.game.pixels import paste
 from farm_ar.drawing.game.sprites import Sprite
 from farm_ar.drawing.game.text import BOLD, text_sprite
-from farm_ar.game_logic.moment import Moment
+from farm_ar.game_logic.render_state import RenderState
 from farm_ar.geometry import direction
 from farm_ar.scenes import Camera, Layout
 
@@ -47,7 +47,7 @@ class FloatingLabels:
         self._top = top
         self._seen: tuple[Camera, Layout, tuple[int, ...], list[int], FloatArray] | None = None
 
-    def draw(self, image: Image, moment: Moment, view: Pinhole) -> None:
+    def draw(self, image: Image, moment: RenderState, view: Pinhole) -> None:
         """Write the labels.
 
         Args:
@@ -75,7 +75,7 @@ class FloatingLabels:
             paste(image, pixels, begins[k][0] - pixels.shape[1] // 2, begins[k][1] + tags[k].top)
 
     def _in_picture(
-        self, moment: Moment, view: Pinhole, shape: tuple[int, ...]
+        self, moment: RenderState, view: Pinhole, shape: tuple[int, ...]
     ) -> tuple[list[int], FloatArray]:
         """As `_in_picture`, and kept for as long as neither the head nor the belief changes."""
         seen = self._seen
@@ -124,7 +124,7 @@ def stack(
     return np.array(rows)
 
 
-def _in_picture(moment: Moment, view: Pinhole, width: int, height: int) -> tuple[list[int], FloatArray]:
+def _in_picture(moment: RenderState, view: Pinhole, width: int, height: int) -> tuple[list[int], FloatArray]:
     """The labels believed to be in the picture, the nearest first, and (L, 2) pixels of their roofs."""
     layout = moment.believed
     top = np.insert(layout.position, 1, layout.elevation + layout.size[:, 1], axis=1)

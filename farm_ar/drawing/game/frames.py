@@ -11,7 +11,7 @@ from farm_ar.drawing.game.headset import HeadsetView
 from farm_ar.drawing.game.pixels import paste
 from farm_ar.drawing.game.text import BOLD, text_sprite
 from farm_ar.errors import OptionError
-from farm_ar.game_logic.moment import Moment
+from farm_ar.game_logic.render_state import RenderState
 from farm_ar.scenes import Scene
 
 _LEAST_HEIGHT = 120
@@ -40,7 +40,7 @@ class GameFrames:
         self._panes = [np.empty((pane, width, 3), np.uint8) for width in (wide, pane)]
         self.size = (wide + _GAP_PX + pane, height)
 
-    def frame(self, moment: Moment, labels: bool = True, beliefs: bool = True) -> Image:
+    def frame(self, moment: RenderState, labels: bool = True, beliefs: bool = True) -> Image:
         """The frame of a moment, (height, width, 3) red, green, blue.
 
         Args:

@@ -12,7 +12,7 @@ from farm_ar.drawing.game.overlays import dashed_line, outline, play_mark, snowf
 from farm_ar.drawing.game.pixels import paste
 from farm_ar.drawing.game.sprites import Sprite, paste_art, sprite_of
 from farm_ar.drawing.game.text import BOLD, REGULAR, text_sprite, text_width
-from farm_ar.game_logic.moment import Moment
+from farm_ar.game_logic.render_state import RenderState
 
 _BAR: Colour = (34, 39, 48)
 _PALE: Colour = (176, 186, 200)
@@ -26,7 +26,7 @@ def header_height(picture_height: int) -> int:
     return 2 * round(12 * picture_height / 480)
 
 
-def draw_header(image: Image, moment: Moment, unit: float | None = None) -> None:
+def draw_header(image: Image, moment: RenderState, unit: float | None = None) -> None:
     """The bar across the top of a picture: phase at the left, caption in the middle, time at the right."""
     unit = image.shape[0] / 480 if unit is None else unit
     frozen = moment.phase == "hand"
@@ -64,7 +64,7 @@ def _draw_phase(image: Image, words: str, frozen: bool, height: int, letter: int
     return end
 
 
-def draw_score(image: Image, moment: Moment, beliefs: bool, unit: float) -> None:
+def draw_score(image: Image, moment: RenderState, beliefs: bool, unit: float) -> None:
     """How many labels are wrong and how many animals were miscounted, in the lower left corner."""
     letter = max(8, round(11 * unit))
     rows = []

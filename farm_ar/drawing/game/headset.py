@@ -17,7 +17,7 @@ from farm_ar.drawing.game.pixels import Distances
 from farm_ar.drawing.game.player import draw_hand_before_eyes
 from farm_ar.drawing.game.scenery import Scenery
 from farm_ar.drawing.game.static_layer import StaticLayer, upright_number
-from farm_ar.game_logic.moment import Moment
+from farm_ar.game_logic.render_state import RenderState
 from farm_ar.scenes import Camera, Scene
 
 _HOPS = 160.0
@@ -60,7 +60,7 @@ class HeadsetView:
         self._animals = np.array([self._facing_both_ways(i) for i in range(len(self._colours))], np.int64)
         self._ice = self._atlas.number(_ICE)
 
-    def draw(self, moment: Moment, out: Image | None = None) -> Image:
+    def draw(self, moment: RenderState, out: Image | None = None) -> Image:
         """The picture of a moment, (H, W, 3) red, green, blue.
 
         Args:
@@ -91,7 +91,7 @@ class HeadsetView:
         return right, left
 
     def _draw_figures(
-        self, image: Image, away: Distances, moment: Moment, view: Pinhole, frozen: bool
+        self, image: Image, away: Distances, moment: RenderState, view: Pinhole, frozen: bool
     ) -> None:
         """What moves of itself and always faces the eye: the scenery's animals and the game's."""
         living = self._scenery.living(moment.seconds)

@@ -15,7 +15,7 @@ from farm_ar.drawing.game.sprites import Sprite
 from farm_ar.drawing.game.text import BOLD, text_sprite, text_width
 from farm_ar.drawing.labels import place_labels
 from farm_ar.game_logic.counters import label_text
-from farm_ar.game_logic.moment import Moment
+from farm_ar.game_logic.render_state import RenderState
 
 _GAP = 2
 """Free pixels between boxes."""
@@ -36,13 +36,13 @@ class LabelPlacement:
     anchor: FloatArray
 
 
-def box_text(moment: Moment, index: int) -> str:
+def box_text(moment: RenderState, index: int) -> str:
     """The text of a label's box: with its counter where there is one."""
     label, category = moment.believed.labels[index], moment.believed.category[index]
     return label if moment.counts is None else _written(label, category, int(moment.counts[index]))
 
 
-def box_size(moment: Moment, index: int, letter: int, beliefs: bool = True) -> tuple[int, int]:
+def box_size(moment: RenderState, index: int, letter: int, beliefs: bool = True) -> tuple[int, int]:
     """Width and height of a label's box, pixels; with room for two digits, so that it seldom grows."""
     text = box_text(moment, index)
     if moment.counts is not None and int(moment.counts[index]) < 10:

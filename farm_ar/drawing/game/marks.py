@@ -10,7 +10,7 @@ from farm_ar.drawing.game.overlays import dashed_line, outline, tint_area
 from farm_ar.drawing.game.player import head
 from farm_ar.drawing.game.sprites import paste_art
 from farm_ar.drawing.game.viewport import Viewport
-from farm_ar.game_logic.moment import Moment
+from farm_ar.game_logic.render_state import RenderState
 from farm_ar.geometry import footprint_corners, view_polygon, wrap
 from farm_ar.scenes import Camera
 
@@ -57,7 +57,7 @@ def _wedge(camera: Camera, viewport: Viewport) -> FloatArray:
     )
 
 
-def draw_beliefs(image: Image, moment: Moment, viewport: Viewport, colours: tuple[Colour, ...]) -> None:
+def draw_beliefs(image: Image, moment: RenderState, viewport: Viewport, colours: tuple[Colour, ...]) -> None:
     """Outlines where a label is believed but its object is not, with a dashed line to where that is.
 
     Args:
@@ -82,12 +82,12 @@ def draw_beliefs(image: Image, moment: Moment, viewport: Viewport, colours: tupl
         outline(image, corners[i], WRONG, thick + 1)
 
 
-def differs(moment: Moment) -> BoolArray:
+def differs(moment: RenderState) -> BoolArray:
     """(N,) labels that are wrong, or whose object is not where it is believed to be."""
     return displaced(moment) | moment.wrong
 
 
-def displaced(moment: Moment) -> BoolArray:
+def displaced(moment: RenderState) -> BoolArray:
     """(N,) labels whose object is not where it is believed to be."""
     believed, truth = moment.believed, moment.truth
     apart = np.linalg.norm(believed.position - truth.position, axis=1)

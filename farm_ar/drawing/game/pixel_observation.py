@@ -9,8 +9,8 @@ from farm_ar.arrays import FloatArray
 from farm_ar.drawing.game.colours import SKIN, VIEW, Colour, Image, category_colour, label_colours
 from farm_ar.drawing.game.sprites import SHIFT, fixed_point
 from farm_ar.drawing.game.viewport import viewport_on
-from farm_ar.game_logic.hand import HAND_RADIUS
-from farm_ar.game_logic.moment import Moment
+from farm_ar.game_logic.physics.gripper import HAND_RADIUS
+from farm_ar.game_logic.render_state import RenderState
 from farm_ar.geometry import footprint_corners, view_polygon
 from farm_ar.scenes import Camera, Layout, Scene
 
@@ -44,7 +44,7 @@ class PixelObservation:
         self._paint = [category_colour(name, categories) for name in scene.layout.category]
         self._colours = label_colours(scene.layout.labels)
 
-    def draw(self, moment: Moment, beliefs: bool) -> Image:
+    def draw(self, moment: RenderState, beliefs: bool) -> Image:
         """The picture of a moment, (H, W, 3) red, green, blue.
 
         Args:

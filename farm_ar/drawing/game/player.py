@@ -14,7 +14,7 @@ from farm_ar.drawing.game.pinhole import Pinhole
 from farm_ar.drawing.game.shapes import Art, Part, box, disc, ellipse, stroke
 from farm_ar.drawing.game.sprites import SHIFT, fixed_point, paste_art
 from farm_ar.drawing.game.viewport import Viewport
-from farm_ar.game_logic.hand import HandState
+from farm_ar.game_logic.physics.gripper import HandState
 
 _HAIR = (86, 60, 42)
 _HEADSET = (44, 48, 56)

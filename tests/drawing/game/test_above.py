@@ -6,8 +6,8 @@ import pytest
 from farm_ar.drawing.game.above import TableFromAbove
 from farm_ar.drawing.game.colours import GO, ICE, WRONG, Image, label_colours
 from farm_ar.drawing.game.pixel_observation import PixelObservation
-from farm_ar.game_logic.hand import HandState
-from farm_ar.game_logic.moment import Moment
+from farm_ar.game_logic.physics.gripper import HandState
+from farm_ar.game_logic.render_state import RenderState
 from farm_ar.scenes import Camera, Scene
 from farm_ar.scenes.builtin import FACING_S1, FACING_S4, builtin_scene
 
@@ -15,16 +15,16 @@ FARM = builtin_scene("farm")
 HAND = HandState(np.array([0.6, 0.2]), 0.0, np.zeros(2), None, True)
 
 
-def start(scene: Scene = FARM, camera: Camera = FACING_S1) -> Moment:
+def start(scene: Scene = FARM, camera: Camera = FACING_S1) -> RenderState:
     """The game before anything has happened."""
     n = len(scene.layout)
     wrong = np.zeros(n, dtype=bool)
-    return Moment(
+    return RenderState(
         scene, scene.layout, scene.layout, wrong, camera, counts=np.arange(n), misplaced=np.zeros(n)
     )
 
 
-def exchanged(moment: Moment, *labels: str) -> Moment:
+def exchanged(moment: RenderState, *labels: str) -> RenderState:
     """The same, but two labels are believed in each other's place."""
     layout = moment.believed
     i, j = (layout.index(label) for label in labels)
@@ -35,7 +35,7 @@ def exchanged(moment: Moment, *labels: str) -> Moment:
     return replace(moment, believed=layout.with_poses(layout.position[order], layout.yaw[order]), wrong=wrong)
 
 
-def with_animals(moment: Moment, count: int = 30) -> Moment:
+def with_animals(moment: RenderState, count: int = 30) -> RenderState:
     rng = np.random.default_rng(0)
     places = np.array([0.62, 0.2]) + rng.uniform(-0.08, 0.08, size=(count, 2))
     goal = np.arange(count) % 10

@@ -8,15 +8,17 @@ from farm_ar.drawing.game.header import fitting
 from farm_ar.drawing.game.pixels import cover, mix_area, paste
 from farm_ar.drawing.game.text import text_sprite, text_width
 from farm_ar.errors import OptionError
-from farm_ar.game_logic.moment import Moment
+from farm_ar.game_logic.render_state import RenderState
 from farm_ar.scenes.builtin import FACING_S1, builtin_scene
 
 FARM = builtin_scene("farm")
 
 
-def start() -> Moment:
+def start() -> RenderState:
     n = len(FARM.layout)
-    return Moment(FARM, FARM.layout, FARM.layout, np.zeros(n, dtype=bool), FACING_S1, counts=np.zeros(n, int))
+    return RenderState(
+        FARM, FARM.layout, FARM.layout, np.zeros(n, dtype=bool), FACING_S1, counts=np.zeros(n, int)
+    )
 
 
 @pytest.mark.parametrize("height", [240, 360, 480, 722])

@@ -10,8 +10,8 @@ from farm_ar.drawing.game.colours import Image, label_colours
 from farm_ar.drawing.game.floating_labels import stack
 from farm_ar.drawing.game.headset import HeadsetView
 from farm_ar.drawing.game.pinhole import Pinhole
-from farm_ar.game_logic.hand import HandState
-from farm_ar.game_logic.moment import Moment
+from farm_ar.game_logic.physics.gripper import HandState
+from farm_ar.game_logic.render_state import RenderState
 from farm_ar.geometry import direction
 from farm_ar.scenes import Camera, FieldOfView, Scene
 from farm_ar.scenes.builtin import FACING_S1, FACING_S4, builtin_scene
@@ -20,9 +20,9 @@ FARM = builtin_scene("farm")
 HAND = HandState(np.array([0.45, 0.3]), 0.0, np.zeros(2), None, True)
 
 
-def start(scene: Scene = FARM, camera: Camera = FACING_S1) -> Moment:
+def start(scene: Scene = FARM, camera: Camera = FACING_S1) -> RenderState:
     n = len(scene.layout)
-    return Moment(
+    return RenderState(
         scene,
         scene.layout,
         scene.layout,

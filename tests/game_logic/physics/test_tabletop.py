@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from farm_ar.arrays import FloatArray
 from farm_ar.errors import SceneError
-from farm_ar.game_logic.tabletop import Tabletop
+from farm_ar.game_logic.physics.tabletop import Tabletop
 from farm_ar.geometry import deepest_overlap, footprint_corners, footprints_overlap, segment_hits_footprint
 from farm_ar.scenes import Layout
 from farm_ar.scenes.builtin.farm import farm

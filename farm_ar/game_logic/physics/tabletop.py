@@ -20,9 +20,7 @@ from farm_ar.geometry import deepest_overlap, footprint_corners, from_pymunk, wr
 from farm_ar.scenes import Layout
 from farm_ar.structs import new_structs
 
-__all__ = ["HAND_ROOM", "REACH", "Carry", "Most", "Pair", "Tabletop"]
-
-Most = MotionLimit
+__all__ = ["HAND_ROOM", "REACH", "Carry", "MotionLimit", "Pair", "Tabletop"]
 
 Pair = Sequence[float] | FloatArray
 """An x and a z."""
@@ -210,7 +208,7 @@ class Tabletop:
         turn: float,
         speed: float,
         record: Callable[[Tabletop], None] | None = None,
-        most: Most | None = None,
+        most: MotionLimit | None = None,
     ) -> None:
         """Move the hand on a straight line, smoothly from rest to rest, with whatever it holds.
 
@@ -233,7 +231,7 @@ class Tabletop:
         seconds = trajectory.plan(self._state, way[0], x, z, float(turn), float(speed))
         if not seconds <= trajectory.LONGEST_S:
             raise OptionError("position", f"must be reached within {trajectory.LONGEST_S:g} s", (x, z))
-        (most or Most()).begin(limits, self.moved)
+        (most or MotionLimit()).begin(limits, self.moved)
         ticks = _LONG if record is None else 1
         while not way["done"].item():
             trajectory.follow(self._state, self._bodies, way[0], limits[0], ticks)
@@ -249,7 +247,7 @@ class Tabletop:
         *,
         speed: float = CARRY_SPEED,
         leave: bool = True,
-        most: Most | None = None,
+        most: MotionLimit | None = None,
     ) -> Carry:
         """Carry a building to a pose with the hand: reach over, grip, drag, let go, leave; then all settles.
 

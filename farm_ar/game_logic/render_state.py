@@ -12,7 +12,7 @@ from farm_ar.scenes import Camera, Layout, Scene
 
 
 @dataclass(frozen=True, eq=False)
-class Moment:
+class RenderState:
     """All there is to see at one moment, true and believed.
 
     Args:

@@ -6,7 +6,7 @@ from farm_ar.errors import OptionError
 from farm_ar.game_logic.physics import gripper
 from farm_ar.game_logic.physics.gripper import HAND_RADIUS, MAX_HAND_SPEED, MAX_TWIST, HandState
 from farm_ar.game_logic.physics.state import TICK
-from farm_ar.game_logic.tabletop import HAND_ROOM, REACH, Tabletop
+from farm_ar.game_logic.physics.tabletop import HAND_ROOM, REACH, Tabletop
 from farm_ar.geometry import wrap
 from farm_ar.scenes import Layout
 from farm_ar.scenes.builtin.farm import farm

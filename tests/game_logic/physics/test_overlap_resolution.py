@@ -9,7 +9,7 @@ from numba.core.dispatcher import Dispatcher
 from farm_ar.arrays import FloatArray
 from farm_ar.game_logic.physics import overlap_resolution
 from farm_ar.game_logic.physics.state import Body
-from farm_ar.game_logic.tabletop import Tabletop
+from farm_ar.game_logic.physics.tabletop import Tabletop
 from farm_ar.geometry import deepest_overlap
 from farm_ar.scenes import Layout
 from farm_ar.structs import Structs
