@@ -3,7 +3,6 @@
 import gymnasium as gym
 import numpy as np
 
-import farm_ar  # noqa: F401  # registers the environments
 from farm_ar.reid import Identification
 from farm_ar.scenes import Scene, Snapshot
 
@@ -36,7 +35,7 @@ headsets = {"spatial": "spatial", "left to right": LeftToRightReid}
 print(f"{EPISODES} episodes with each headset; the policy takes the same random actions.")
 print(f"{'headset':14} {'accuracy':>9} {'wrong labels':>13} {'return of the policy':>21}")
 for name, reid in headsets.items():
-    env = gym.make("FarmToTable-v0", reid=reid, jitter="easy", play_seconds=0.0)
+    env = gym.make("farm_ar:FarmToTable-v0", reid=reid, jitter="easy", play_seconds=0.0)
     env.action_space.seed(0)
     parts = np.cumsum(env.action_space.nvec)[:-1]
     results = []

@@ -7,7 +7,6 @@ from pathlib import Path
 import gymnasium as gym
 import numpy as np
 
-import farm_ar  # noqa: F401  # registers the environments
 from farm_ar.errors import SceneError
 from farm_ar.reid import SpatialReid, accuracy
 from farm_ar.scenes import (
@@ -65,7 +64,7 @@ print(f"\nA snapshot of the untidy room: {accuracy(found, truth):.0%} of {len(tr
 for category, label, true in zip(snapshot.detections.category, found.labels, truth, strict=True):
     print(f"  {category:6} {label!s:10} {'' if label == true else f'(it is {true})'}".rstrip())
 
-env = gym.make("SceneLayout-v0", scene=scene, visits=4, budget=1.0)
+env = gym.make("farm_ar:SceneLayout-v0", scene=scene, visits=4, budget=1.0)
 env.action_space.seed(0)
 env.reset(seed=0)
 print("\nThe room as an environment, in which everything is moved at random:")

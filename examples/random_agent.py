@@ -3,9 +3,7 @@
 import gymnasium as gym
 import numpy as np
 
-import farm_ar  # noqa: F401  # registers the environments
-
-env = gym.make("FarmToTable-v0")
+env = gym.make("farm_ar:FarmToTable-v0")
 env.action_space.seed(0)
 parts = np.cumsum(env.action_space.nvec)[:-1]
 

@@ -7,8 +7,6 @@ import gymnasium as gym
 import numpy as np
 from gymnasium.wrappers import RecordVideo
 
-import farm_ar  # noqa: F401  # registers the environments
-
 try:
     import moviepy  # noqa: F401  # with which Gymnasium writes videos
 except ImportError:
@@ -18,7 +16,7 @@ except ImportError:
     sys.exit()
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else "videos")
-env = gym.make("FarmToTable-v0", action="slot", visits=3, render_mode="rgb_array")
+env = gym.make("farm_ar:FarmToTable-v0", action="slot", visits=3, render_mode="rgb_array")
 env = RecordVideo(env, str(folder), name_prefix="random-policy")
 env.action_space.seed(1)
 env.reset(seed=1)

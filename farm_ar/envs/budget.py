@@ -7,6 +7,7 @@ from typing import Protocol
 import numpy as np
 
 from farm_ar.envs.actions import Move
+from farm_ar.envs.config import EnvConfig
 from farm_ar.game_logic.physics.limits import Motion
 from farm_ar.game_logic.physics.tabletop import MotionLimit
 
@@ -96,6 +97,13 @@ class EffortBudget:
     def spend(self, motion: Motion) -> None:
         """Take off what was executed."""
         self._left = max(self._left - motion.effort(self._diagonal), 0.0)
+
+
+def budget_of(config: EnvConfig, diagonal: float) -> Budget:
+    """A visit's whole budget."""
+    if config.budget is None:
+        return MotionBudget(config.budget_m, config.budget_rad)
+    return EffortBudget(config.budget, diagonal)
 
 
 def _share(left: float, asked: float) -> float:

@@ -1,13 +1,17 @@
-"""The options of the environment: what may be chosen, by name, and what is checked before anything starts."""
+"""What may be chosen of an environment: arguments, defaults and checks, in one place."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from numbers import Integral, Real
+from typing import Any
 
 import numpy as np
 
+from farm_ar.envs.actions import ACTIONS
+from farm_ar.envs.generator import JITTERS
+from farm_ar.envs.observations import OBSERVATIONS
 from farm_ar.envs.perceptions import perception_of
 from farm_ar.envs.rewards import REWARDS
 from farm_ar.errors import OptionError, known_name
@@ -17,9 +21,8 @@ from farm_ar.reid import ReidFactory, reid_factory
 from farm_ar.scenes import Scene
 
 CONTROLS: dict[str, tuple[str, ...]] = {
-    "move": ("displacement", "slot", "continuous"),
-    "hand": ("velocity",),
-    "layout": ("offsets",),
+    control: tuple(name for name, action in ACTIONS.items() if action.control == control)
+    for control in ("move", "hand", "layout")
 }
 """The ways to play, and the actions of each, the default first."""
 
@@ -37,16 +40,43 @@ MOST = {
 }
 """The largest that a number may be, so that an episode ends and nothing overflows."""
 
-OBSERVATIONS = ("state", "pixels")
 KNOWLEDGE = ("white-box", "black-box")
-JITTERS = ("none", "easy", "default", "hard")
 
 
-@dataclass(frozen=True)
+RENDER_MODES = ("rgb_array",)
+
+
+@dataclass(frozen=True, kw_only=True)
 class EnvConfig:
-    """What may be chosen of `FarmToTableEnv`; its docstring says what each does.
+    """What may be chosen of an environment: its arguments, their defaults, and the checks of both.
 
-    Numbers become Python's own, and `action` the control's first where none is given.
+    Numbers become Python's own, and `action` the control's first where none is given. All values are JSON,
+    except for objects in place of names.
+
+    Args:
+        scene: a built-in scene's name, a `.json` file, or a `Scene`.
+        control: how a visit is played, one of `CONTROLS`.
+        action: how an action is encoded, one of those that the control understands.
+        observation: one of `OBSERVATIONS`.
+        knowledge: whether what the game believes is observed, one of `KNOWLEDGE`.
+        reward: one of `REWARDS`.
+        sign: 1 pays for harm (an adversary), -1 for its opposite (a helper).
+        effort_weight: what a unit of effort costs beside a wrong label.
+        reid: a re-identifier's name, or a function from a `Scene` to a `Reidentifier`.
+        perception: one of `PERCEPTIONS`, or a `Perception`.
+        budget_m: what a visit may move all objects together, metres.
+        budget_rad: what it may turn them, radians.
+        budget: one effort in place of both, metres / diagonal + radians / pi.
+        visits: how many an episode has.
+        moves: how many a visit has in control `move`.
+        hand_seconds: time of a visit in control `hand`.
+        animals_a_second: how many animals leave the shed.
+        jitter: how starting layouts are drawn, one of `JITTERS`.
+        play_seconds: play after a snapshot.
+        head_noise_deg: SD of the head's turn between the begin of a visit and its snapshot, degrees.
+        fov: the headset's field of view, one of `FIELDS_OF_VIEW`.
+        game: whether there are physics, animals and counters.
+        render_mode: one of `RENDER_MODES`, or None.
 
     Raises:
         OptionError: a name is not known, or a number is out of its limits.
@@ -74,6 +104,7 @@ class EnvConfig:
     head_noise_deg: float = 0.0
     fov: str = "photo"
     game: bool = True
+    render_mode: str | None = None
 
     def __post_init__(self) -> None:
         self._check_name("control", CONTROLS)
@@ -86,6 +117,8 @@ class EnvConfig:
         self._check_name("reward", REWARDS)
         self._check_name("jitter", JITTERS)
         self._check_name("fov", FIELDS_OF_VIEW)
+        expected = "must be rgb_array, through gym.make also rgb_array_list, or None; there is no window"
+        self._check("render_mode", self.render_mode in (None, *RENDER_MODES), expected)
         reid_factory(self.reid)
         perception_of(self.perception)
         for name in ("visits", "moves"):
@@ -106,6 +139,15 @@ class EnvConfig:
             ]
             known = ", ".join(without[:-1]) + f" or {without[-1]}"
             self._check("reward", self.reward in without, f"must be {known} without the game")
+
+    @property
+    def white_box(self) -> bool:
+        """Whether what the game believes is observed."""
+        return self.knowledge == "white-box"
+
+    def arguments(self) -> dict[str, Any]:
+        """The arguments, by name, of which an equal one is made."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
 
     def _check_name(self, name: str, names: Iterable[str]) -> None:
         value = getattr(self, name)

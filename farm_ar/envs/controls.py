@@ -9,15 +9,17 @@ import numpy as np
 from gymnasium import spaces
 
 from farm_ar.arrays import BoolArray
-from farm_ar.envs.actions import Move, MoveAction
+from farm_ar.envs.actions import MOVE_ACTIONS, Move, MoveAction, VelocityAction
 from farm_ar.envs.budget import Budget
+from farm_ar.envs.config import EnvConfig
+from farm_ar.envs.generator import unit_of
 from farm_ar.envs.table import TableView
 from farm_ar.envs.worlds import World
 from farm_ar.game_logic.belief import Sighting
 from farm_ar.game_logic.farm_game import UNMOVED, FarmGame
-from farm_ar.game_logic.physics.gripper import MAX_HAND_SPEED, MAX_TWIST
 from farm_ar.game_logic.physics.limits import Motion
 from farm_ar.game_logic.physics.state import TICK
+from farm_ar.scenes import Scene
 
 STEPS_PER_SECOND = 10
 """How often the hand is steered."""
@@ -80,7 +82,7 @@ class MoveControl:
 
     def __init__(self, action: MoveAction, moves: int) -> None:
         self.space = action.space
-        self._action, self._moves = action, moves
+        self.action, self._moves = action, moves
         self._left = moves
 
     def begin(self, world: World, budget: Budget) -> None:
@@ -106,8 +108,8 @@ class MoveControl:
         return Outcome(total, moves is None or self._left == 0)
 
     def asked(self, action: Any, view: TableView, budget: Budget) -> list[Move] | None:
-        """The moves of what is in view, as far as the budget reaches; None for leaving the view."""
-        moves = self._action.moves(action, view)
+        """The moves of what is in view, as far as the budget reaches; None to end the turn."""
+        moves = self.action.decode(action, view)
         return None if moves is None else budget.fitted([m for m in moves if view.in_view[m.index]])
 
     @property
@@ -122,18 +124,19 @@ class MoveControl:
 
     def mask(self, view: TableView) -> BoolArray | None:
         """Which choices make sense now; None where nothing can be masked."""
-        return self._action.mask(view)
+        return self.action.mask(view)
 
 
 class HandControl:
-    """The hand, steered: velocity x, z (1 is 1.5 m/s), twist (1 is pi rad/s), grip when positive.
+    """The hand, steered.
 
     Args:
         seconds: how long a visit may take, the way to the table included; then the hand is withdrawn.
     """
 
     def __init__(self, seconds: float) -> None:
-        self.space: spaces.Space[Any] = spaces.Box(-1.0, 1.0, (4,), np.float32)
+        self._action = VelocityAction()
+        self.space = self._action.space
         self._ticks = max(1, round(seconds / TICK))
         self._left = self._ticks
 
@@ -146,16 +149,10 @@ class HandControl:
 
     def act(self, action: Any, look: Look, world: World, budget: Budget) -> Outcome:
         """Steer for a tenth of a second. The hand stops before the budget is exceeded, and is then raised."""
-        x, z, twist, closed = action
-        if not (-1.0 <= x <= 1.0 and -1.0 <= z <= 1.0 and -1.0 <= twist <= 1.0):
-            x, z, twist = _clipped(x), _clipped(z), _clipped(twist)
         game, ticks = self._game, self._left
+        vx, vz, twist, closed = self._action.decode(action)
         motion, passed, sighting = game.steer(
-            MAX_HAND_SPEED * x,
-            MAX_HAND_SPEED * z,
-            MAX_TWIST * twist,
-            closed > 0,
-            TICKS_PER_STEP if ticks > TICKS_PER_STEP else ticks,
+            vx, vz, twist, closed, TICKS_PER_STEP if ticks > TICKS_PER_STEP else ticks
         )
         self._left = ticks = ticks - passed
         if motion is UNMOVED and sighting is None and ticks > 0:
@@ -176,5 +173,10 @@ class HandControl:
         return
 
 
-def _clipped(value: float) -> float:
-    return min(max(value, -1.0), 1.0)
+def control_of(config: EnvConfig, scene: Scene) -> Control:
+    """The control that a configuration asks for."""
+    if config.control == "hand":
+        return HandControl(config.hand_seconds)
+    kinds = np.bincount(scene.layout.category_code[scene.layout.movable])
+    action = MOVE_ACTIONS[str(config.action)](int(kinds.sum()), int(kinds.max()), unit_of(scene))
+    return MoveControl(action, config.moves if config.control == "move" else 1)

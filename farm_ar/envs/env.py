@@ -3,39 +3,27 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Mapping
-from dataclasses import fields
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 
 from farm_ar.arrays import BoolArray
-from farm_ar.envs.actions import ACTIONS, checked_action
-from farm_ar.envs.budget import Budget, EffortBudget, MotionBudget
+from farm_ar.envs.actions import checked_action
+from farm_ar.envs.budget import Budget, budget_of
 from farm_ar.envs.config import EnvConfig
-from farm_ar.envs.controls import STEPS_PER_SECOND, Control, HandControl, MoveControl
-from farm_ar.envs.features import AMBIGUITY, LEAST, Reading
-from farm_ar.envs.generator import (
-    StartingLayouts,
-    VisitCameras,
-    given_camera,
-    given_layout,
-    new_world,
-    scene_of,
-    unit_of,
-)
-from farm_ar.envs.observations import Left, PixelObservation, StateObservation
+from farm_ar.envs.controls import STEPS_PER_SECOND, Control, control_of
+from farm_ar.envs.features import Features
+from farm_ar.envs.generator import Generator, checked_options, scene_of
+from farm_ar.envs.observations import OBSERVATIONS, Left
 from farm_ar.envs.rewards import Reward
 from farm_ar.envs.table import TableView, meeting_order
 from farm_ar.envs.trace import Trace, state_digest
-from farm_ar.envs.worlds import World
+from farm_ar.envs.worlds import World, new_world
 from farm_ar.errors import OptionError
 from farm_ar.game_logic.belief import Sighting
-from farm_ar.game_logic.headset import field_of_view
-from farm_ar.game_logic.perception import Perception
-from farm_ar.reid import ReidFactory
-from farm_ar.scenes import Camera, Layout, Scene
 
 
 class FarmToTableEnv(gym.Env[Any, Any]):
@@ -43,19 +31,22 @@ class FarmToTableEnv(gym.Env[Any, Any]):
 
     ## Description
 
-    A table of toy buildings, several of which look exactly alike, under the eyes of an AR headset. The agent is the
+    A table of toy buildings, several of which look exactly alike, seen by an AR headset. The agent is the
     player's hand: it moves buildings while the headset waits. When the hand has left, the headset takes one snapshot
-    through its narrow view, decides which building is which (by default with the rule of Yu et al.,
+    through its narrow view, decides which building is which (by default with the method of Yu et al.,
     doi:10.1007/s10055-025-01305-y), and the Farm-to-Table game goes on with what it now believes: chickens and bunnies
     run to where they believe the coop or hutch of their colour to be. The agent is paid for wrong beliefs and pays for
     effort. With `sign=-1` it is a helper instead, paid for right ones.
 
     | id | one step is |
     |---|---|
-    | `FarmToTable-v0` | one pick-and-place, or leaving (`control="move"`) |
+    | `FarmToTable-v0` | one pick-and-place, or the end of the turn (`control="move"`) |
     | `FarmToTableHand-v0` | a tenth of a second of steering the hand (`control="hand"`) |
-    | `FarmToTableLayout-v0` | a whole visit: a displacement for every building (`control="layout"`) |
-    | `SceneLayout-v0` | the same in any scene, without physics and game (`control="layout"`, `game=False`) |
+    | `FarmToTableLayout-v0` | a whole visit: a displacement for every building (`control="layout"`); so an episode of one visit is one step |
+    | `SceneLayout-v0` | the same in any scene, without physics and game (`control="layout"`, `game=False`); one step too |
+
+    Write `gym.make("farm_ar:FarmToTable-v0")`: the module before the colon registers the id, also in the worker processes of
+    vectorized environments (`SubprocVecEnv`, RLlib, TorchRL), which know nothing of what was imported elsewhere.
 
     A *visit* is the time from the hand's entering the view to its leaving it. The camera of its snapshot is drawn when
     it begins and can be observed. Only what the camera sees can be gripped. Buildings are pushed by what is dragged
@@ -64,21 +55,22 @@ class FarmToTableEnv(gym.Env[Any, Any]):
     ## Action Space
 
     N is the number of movable objects (farm: 10), K the most of one kind (farm: 5). Objects are numbered kind by kind,
-    each kind from left to right as the camera sees it at the reset. Lengths are for the farm's table; in other scenes
-    they grow with the diagonal.
+    each kind from left to right as the camera sees it at the reset. Lengths are for the farm's table of 1.2 x 0.8 m; in
+    another scene they are multiplied by its diagonal (the root of width² + depth², metres) / 1.442 m.
 
     | control | `action` | space | meaning |
     |---|---|---|---|
-    | `move` | `displacement` | `MultiDiscrete([N + 1, 7, 7, 7])` | which object, N for leaving; x, z in seven levels of ±0.3 m; turn in seven levels of ±90° |
-    | `move` | `slot` | `MultiDiscrete([N + 1, K, 3])` | which object, N for leaving; towards the believed place of the j-th label of its kind; by .55, .8 or all of the way and turn |
-    | `move` | `continuous` | `Box(-1, 1, (5,))` | where to pick (x, z over the table), how far to carry (±0.3 m), turn (±90°); a pick farther than 6 cm from any object in view is leaving |
+    | `move` | `displacement` | `MultiDiscrete([N + 1, 7, 7, 7])` | which object, N to end the turn; x, z in seven levels of ±0.3 m; turn in seven levels of ±90° |
+    | `move` | `slot` | `MultiDiscrete([N + 1, K, 3])` | which object, N to end the turn; towards the believed place of the j-th label of its kind; by .55, .8 or all of the way and turn |
+    | `move` | `continuous` | `Box(-1, 1, (5,))` | where to pick (x, z over the table), how far to carry (±0.3 m), turn (±90°); a pick farther than 6 cm from any object in view ends the turn |
     | `hand` | `velocity` | `Box(-1, 1, (4,))` | velocity x, z (1.5 m/s), twist (pi rad/s), grip when positive |
     | `layout` | `offsets` | `Box(-1, 1, (3 N,))` | x, z (±0.15 m) and turn (±45°) of every object |
 
     What exceeds the budget is scaled down, and the hand stops when what it does, pushed objects included, would exceed
-    it. It is no hard limit: what was bumped into may still slide and spin on. In random play 61% of 717 visits of `move`
-    and 37% of 752 of `hand` end over the budget, in metres by 2 mm and 17 mm in the median (at most 46 and 60 mm), in
-    radians by 0.28 and 0.27 in the median (at most 1.8 and 2.3).
+    it. It is no hard limit: what was bumped into may still slide and spin on. In random play 75% of 2000 visits of `move`
+    end over the budget (48% in metres, by 0.5 mm in the median and 55 mm at most; 70% in radians, by 0.14 and 1.8), and
+    39% of 2000 of `hand` (6% in metres, by 15 and 83 mm; 35% in radians, by 0.31 and 2.9):
+    `python benchmarks/environment_numbers.py`.
 
     `action_masks()` gives the choices that make sense for the discrete actions.
 
@@ -102,7 +94,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
     | `margin` | (M,) | the paper's margin / 0.3 of a snapshot as things stand, 1 out of view; white-box only |
     | `hand` | (8,) | x, z, sin and cos of its yaw, velocity / 1.5 m/s, grip, in view; 0 when it has been withdrawn; control `hand` only |
 
-    Costs and margins, here, in `info` and in the rewards `margin` and `clutter`, are those of the paper's rule with
+    Costs and margins, here, in `info` and in the rewards `margin` and `clutter`, are those of the paper's method with
     categories kept apart, whatever `reid` is. The margin of a detection is the rise of the total cost if it had to have
     another label.
 
@@ -117,42 +109,73 @@ class FarmToTableEnv(gym.Env[Any, Any]):
     | `identity` | the rise of the number of wrong labels: those last read from another object than their own |
     | `margin` | the same + .5 x the rise of sum(1 - clip(margin / .3, 0, 1)) / 2 over the objects in view, of a snapshot as things stand |
     | `clutter` | the same + .5 x the rise of that sum over all movable objects, were they all in view and known to stand as they do; what a helper (`sign=-1`) can lower |
-    | `miscount` | animals that got into the wrong building or arrived where nothing stands |
+    | `miscount` | animals that got into the wrong building or ended at an empty spot |
     | `endpoint` | the rise of the distance from believed to true places, summed, as a share of the diagonal |
 
     ## Starting State
 
-    The scene's layout, redrawn by `jitter`, known to the game as it is. `reset(options={"layout": ..., "camera": ...})`
-    sets either exactly.
+    The scene's layout, redrawn by `jitter`, known to the game as it is: truth and belief alike. `easy` and `default` add
+    normal noise to every movable object's place and yaw, then keep the footprint on the table and a yaw that was within 30°
+    of 0 within them, so that `default`, SD 15°, comes to 12.9°. `hard` draws places anywhere, centres .13 m apart (or
+    .6 x the root of the room's area / number of objects, where that is less; a tenth less after every ten failed attempts), and yaws
+    uniformly from -30° to 30°. Footprints that are apart in the scene's own layout stay 5 mm apart. What fits nowhere is drawn
+    again; after 100 attempts the layout is the scene's own. Lengths grow with the diagonal.
+
+    The camera of a visit is drawn on the farm's table as uniform x from .3 to .9 m and z from -.40 to -.25 m, .45 m above the
+    table, looking at a uniform point, x from .1 to 1.1 m, z from .3 to .6 m, and in proportion to width and depth on another
+    table; it sees an object whose pivot is within `fov` and 3 m. 6.3 to 6.5 of the 10 movable buildings are in view on average. A
+    scene without the game that has a camera path has one of 200 equally spaced poses on it, and its own field of view.
+
+    `reset(options=...)` sets either exactly:
+
+    | option | form |
+    |---|---|
+    | `layout` | a `Layout` of the scene's objects, or `{"position": (N, 2), "yaw": (N,)}` for all objects in the scene's order: x and z in metres, the yaw in radians, clockwise from above, 0 along +z |
+    | `camera` | a `Camera`, or `{"position": (x, z), "yaw": radians}`; optional `"height"` above the table in metres (None: no vertical limits), `"pitch"` in radians, positive upwards, and `"fov"`, a `FieldOfView` or a mapping of its `left`, `right`, `range_m`, `up` and `down` |
+
+    The other visits' cameras are drawn.
 
     ## Episode End
 
-    The episode terminates `play_seconds` after the snapshot of its last visit, within the same step. A visit ends by
-    leaving, after its last move, or in control `hand` when the hand has been out of view and empty for half a second or
+    The episode terminates `play_seconds` after the snapshot of its last visit, within the same step. A visit ends when
+    the turn is ended, after its last move, or in control `hand` when the hand has been out of view and empty for half a second or
     its time is up. It is never truncated.
+
+    ## Physics
+
+    With the game, objects are boxes on a plane (Chipmunk, through pymunk): 1 kg each, friction .3 between surfaces, footprints
+    1 mm wider on every side than the object; a sliding object keeps 1e-6 of its velocity after a second, so one let go at 1 m/s
+    slides 7 cm. A tick is 1/60 s, of one to three steps of 20 iterations; 30% of an overlap is undone in a tick. The hand is
+    a disc of 3 cm radius that pulls what it holds with at most 30 N and 3 Nm; it carries at .75 m/s at most in `move` and
+    `layout`, moves at 1.5 m/s and pi rad/s at most, and may go .5 m beyond the table. In `move` it comes in at z = -.15 m. In
+    `hand` it starts at (width / 2, -.5 m), is steered for 6 ticks a step, and grips the nearest building in view within 6 cm
+    of a footprint. The table's edge and fixed objects do not move. Animals run at .12 m/s from the shed, on 4 lanes to each
+    label; they have been leaving it for 8 s when an episode begins, and stand still during a visit.
+
+    Without the game a move sets a pose at once, pushes nothing, and keeps the pivot in the room.
 
     ## Arguments
 
-    All are keywords and, but for objects in place of names, JSON values.
+    They are the fields of `EnvConfig`: keywords and, but for objects in place of names, JSON values.
 
     | argument | default | meaning |
     |---|---|---|
     | `scene` | `"farm"` | a built-in scene's name, a `.json` file, or a `Scene` |
     | `control`, `action` | by id | see Action Space |
     | `observation` | `"state"` | or `"pixels"` |
-    | `knowledge` | `"white-box"` | or `"black-box"`: the player sees the table, not the headset's mind |
+    | `knowledge` | `"white-box"` | or `"black-box"`: the policy sees the table, not the headset's belief state |
     | `reward`, `sign`, `effort_weight` | `"identity"`, 1, .25 | see Rewards |
     | `reid` | `"spatial"` | `likelihood`, `relational`, `nearest`, `distance`, `last-known`, or a function from a `Scene` to a `Reidentifier` |
     | `perception` | `"oracle"` | or a `Perception` |
-    | `budget_m`, `budget_rad` | .6, pi / 2 | what a visit may move and turn |
+    | `budget_m`, `budget_rad` | .6, pi / 2 | what a visit may move and turn all objects together, metres and radians |
     | `budget` | `None` | one effort in place of both |
     | `visits`, `moves` | 1, 6 | visits in an episode, moves in a visit |
     | `hand_seconds` | 12 | time of a visit in control `hand` |
-    | `animals_a_second` | 10 | animals that leave the shed; about four times as many are on the table at once |
-    | `jitter` | `"default"` | `"none"`, `"easy"` (SD .02 m, 6°), `"default"` (.05 m, 15°), `"hard"` (anywhere, .13 m apart) |
+    | `animals_a_second` | 10 | animals that leave the shed; 3.3 times as many are on the table at once |
+    | `jitter` | `"default"` | `"none"`, `"easy"` (SD .02 m, 6°), `"default"` (.05 m, 15°), `"hard"` (anywhere, .13 m apart), see Starting State |
     | `play_seconds` | 5 | play after a snapshot |
     | `head_noise_deg` | 0 | SD of the head's turn between the begin of a visit and its snapshot |
-    | `fov` | `"photo"` | 64.7° across, or `"display"`, 43° by 29° (HoloLens 2) |
+    | `fov` | `"photo"` | HoloLens 2: 64.7° across and 3 m far, or `"display"`, 43° by 29° and 3 m; the built-in scenes' own fields of view are for other commands |
     | `game` | `True` | physics, animals and counters |
     | `render_mode` | `None` | or `"rgb_array"` |
 
@@ -166,7 +189,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
     | `wrong_labels` | int | labels that were last read from another object than their own |
     | `paper_margin` | float | the least margin of a movable object in view, of a snapshot as things stand; 1 where none has another choice |
     | `effort` | float | of the step: metres / diagonal + radians / pi |
-    | `miscounts` | int | animals so far that got into the wrong building or arrived where nothing stands |
+    | `miscounts` | int | animals so far that got into the wrong building or ended at an empty spot |
     | `phase` | int | `Phase`: 0 (`PLAY`, animals run) or 1 (`HAND`, a visit is under way and they stand still) |
     | `reward/identity`, ... | float | the terms of the step's reward, weighted and signed: the reward is their sum; 0 at the reset |
     | `reward/effort` | float | what its effort costs, 0 or less |
@@ -179,57 +202,21 @@ class FarmToTableEnv(gym.Env[Any, Any]):
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 4}  # noqa: RUF012  # Gymnasium's own form
 
-    def __init__(
-        self,
-        *,
-        scene: str | Scene = "farm",
-        control: str = "move",
-        action: str | None = None,
-        observation: str = "state",
-        knowledge: str = "white-box",
-        reward: str = "identity",
-        sign: int = 1,
-        effort_weight: float = 0.25,
-        reid: str | ReidFactory = "spatial",
-        perception: str | Perception = "oracle",
-        budget_m: float = 0.6,
-        budget_rad: float = float(np.pi / 2),
-        budget: float | None = None,
-        visits: int = 1,
-        moves: int = 6,
-        hand_seconds: float = 12.0,
-        animals_a_second: float = 10.0,
-        jitter: str = "default",
-        play_seconds: float = 5.0,
-        head_noise_deg: float = 0.0,
-        fov: str = "photo",
-        game: bool = True,
-        render_mode: str | None = None,
-    ) -> None:
-        given, before = locals(), set(vars(self))
-        self._config = EnvConfig(**{f.name: given[f.name] for f in fields(EnvConfig)})
-        if render_mode not in (None, *self.metadata["render_modes"]):
-            expected = "must be rgb_array, through gym.make also rgb_array_list, or None; there is no window"
-            raise OptionError("render_mode", expected, render_mode)
-        self.render_mode = render_mode
-        self._scene = scene_of(scene, game)
+    def __init__(self, **arguments: Any) -> None:
+        before = set(vars(self))
+        self._config = config = EnvConfig(**arguments)
+        self.render_mode = config.render_mode
+        self._scene = scene_of(config.scene, config.game)
         self._diagonal = self._scene.diagonal
-        self._reward = Reward(reward, self._config.sign, self._config.effort_weight)
-        self._layouts = StartingLayouts(self._scene, jitter)
-        self._cameras = VisitCameras(self._scene, field_of_view(fov), game)
-        self._control = self._new_control()
-        if control == "hand":
-            self.metadata = {**self.metadata, "render_fps": STEPS_PER_SECOND}
-        self.action_space = self._control.space
+        self._generator = Generator(self._scene, config)
+        self._control = control_of(config, self._scene)
+        self._reward = Reward(config.reward, config.sign, config.effort_weight)
+        self._observation = OBSERVATIONS[config.observation](self._scene, config)
+        self._features = Features(self._scene)
+        self.action_space, self.observation_space = self._control.space, self._observation.space
         self._masked = isinstance(self.action_space, gym.spaces.MultiDiscrete)
-        white_box = knowledge == "white-box"
-        self._observation: StateObservation | PixelObservation
-        if observation == "state":
-            self._observation = StateObservation(self._scene.layout, white_box, control == "hand")
-        else:
-            self._observation = PixelObservation(self._scene, white_box)
-        self.observation_space = self._observation.space
-        self._reading = Reading(self._scene, white_box and observation == "state", self._observation.length)
+        if config.control == "hand":
+            self.metadata = {**self.metadata, "render_fps": STEPS_PER_SECOND}
         self._trace: Trace | None = None
         self._view: TableView | None = None
         self._over = True
@@ -251,23 +238,17 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         """
         super().reset(seed=seed)
         self._trace, self._over = None, True
-        if not isinstance(options, Mapping | None):
-            raise OptionError("options", "must be a mapping with layout and camera, both optional", options)
-        asked = dict(options or {})
-        for name in asked:
-            if name not in ("layout", "camera"):
-                raise OptionError("options", "must hold layout and camera only", name)
+        asked = checked_options(options)
         trace = Trace.begin(self.np_random, asked)
-        layout, camera = self._layout(asked.get("layout")), self._camera(asked.get("camera"))
+        layout, camera = self._generator.begin(self.np_random, asked)
         self._world: World = new_world(self._scene, layout, camera, self._config, self.np_random)
         self._order = meeting_order(layout, camera)
         self._movable = self._order[layout.movable[self._order]]
-        self._reading.meet(layout, self._order)
-        self._visits_left = self._config.visits
-        self._accuracy = 1.0
+        self._features.meet(layout, self._order)
+        self._visits_left, self._accuracy = self._config.visits, 1.0
         self._trace, self._over = trace, False
         self._begin_visit()
-        return self.observe(), self._info(0.0, self._reward.nothing())
+        return self._observed(), self._info(0.0, self._reward.nothing())
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """One action. The episode ends within the step that takes its last snapshot.
@@ -288,7 +269,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
             self._finish_visit(outcome.sighting)
         effort = outcome.motion.effort(self._diagonal)
         paid = self._reward.paid(self, effort)
-        seen = self._observed() if outcome.over else self._observed_on()
+        seen = self._observed()
         return seen, float(sum(paid.values())), self._over, False, self._info(effort, paid)
 
     def action_masks(self) -> BoolArray:
@@ -334,7 +315,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
 
     @property
     def view(self) -> TableView:
-        """The table as it stands, for players that look behind the observation.
+        """The table as it stands, for policies that look behind the observation.
 
         Raises:
             gymnasium.error.ResetNeeded: there has been no episode yet.
@@ -353,8 +334,8 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         Raises:
             gymnasium.error.ResetNeeded: there has been no episode yet.
         """
-        self._reading.read(self.world)
-        return self._reading.summary.item(AMBIGUITY)
+        self._features.read(self.world)
+        return self._features.ambiguity
 
     @property
     def world(self) -> World:
@@ -385,7 +366,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         """
         digest = self.state_hash()
         assert self._trace is not None
-        arguments, again = self._arguments(), type(self).__new__(type(self))
+        arguments, again = self._config.arguments(), type(self).__new__(type(self))
         FarmToTableEnv.__init__(again, **arguments)  # a subclass may have other arguments
         return self._trace.as_json(arguments, digest, again)
 
@@ -400,7 +381,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
 
     def __getstate__(self) -> dict[str, Any]:
         return {
-            "arguments": self._arguments(),
+            "arguments": self._config.arguments(),
             "spec": self.spec,
             "spaces": (self.action_space, self.observation_space),
             "generator": (self._np_random, self._np_random_seed),
@@ -421,33 +402,8 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         if self._trace is None:
             raise gym.error.ResetNeeded("there is nothing to look at before reset()")
 
-    def _arguments(self) -> dict[str, Any]:
-        names = (f.name for f in fields(EnvConfig))
-        return {name: getattr(self._config, name) for name in names} | {"render_mode": self.render_mode}
-
-    def _new_control(self) -> Control:
-        config, layout = self._config, self._scene.layout
-        if config.control == "hand":
-            return HandControl(config.hand_seconds)
-        kinds = np.bincount(layout.category_code[layout.movable])
-        action = ACTIONS[str(config.action)](int(kinds.sum()), int(kinds.max()), unit_of(self._scene))
-        return MoveControl(action, config.moves if config.control == "move" else 1)
-
-    def _layout(self, given: Layout | Mapping[str, Any] | None) -> Layout:
-        return self._layouts.draw(self.np_random) if given is None else given_layout(self._scene, given)
-
-    def _camera(self, given: Camera | Mapping[str, Any] | None) -> Camera:
-        if given is None:
-            return self._cameras.draw(self.np_random)
-        return given_camera(given, self._cameras.fov)
-
     def _begin_visit(self) -> None:
-        config = self._config
-        self._budget: Budget
-        if config.budget is None:
-            self._budget = MotionBudget(config.budget_m, config.budget_rad)
-        else:
-            self._budget = EffortBudget(config.budget, self._diagonal)
+        self._budget = budget_of(self._config, self._diagonal)
         self._control.begin(self._world, self._budget)
         self._view = None
 
@@ -461,18 +417,12 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         self._visits_left -= 1
         self._over = self._visits_left == 0
         if not self._over:
-            self._world.camera = self._cameras.draw(self.np_random)
+            self._world.camera = self._generator.camera(self.np_random)
             self._begin_visit()
 
     def _observed(self) -> Any:
-        self._reading.read(self._world)
-        return self._observation.observe(self._reading, self._left(), self._world)
-
-    def _observed_on(self) -> Any:
-        """The same, after a step that did not end the visit."""
-        world, reading = self._world, self._reading
-        reading.read(world)
-        return self._observation.observe_on(reading, self._control.left, self._budget.left, world)
+        self._features.read(self._world)
+        return self._observation.observe(self._features, self._left(), self._world)
 
     def _look(self) -> TableView:
         return self.view
@@ -487,7 +437,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         info: dict[str, Any] = {
             "accuracy": self._accuracy,
             "wrong_labels": world.tracker.belief.wrong_labels,
-            "paper_margin": self._reading.summary.item(LEAST),
+            "paper_margin": self._features.least_margin,
             "effort": effort,
             "miscounts": world.miscounts,
             "phase": int(world.phase),
@@ -505,3 +455,12 @@ _SET_LATER = frozenset(
     }
 )
 """Attributes that an environment gets after it was made, beside those of a subclass."""
+
+
+def _signature() -> inspect.Signature:
+    """`FarmToTableEnv`'s arguments are the fields of `EnvConfig`."""
+    this = inspect.Parameter("self", inspect.Parameter.POSITIONAL_OR_KEYWORD)
+    return inspect.Signature([this, *inspect.signature(EnvConfig).parameters.values()])
+
+
+FarmToTableEnv.__init__.__signature__ = _signature()  # type: ignore[attr-defined]  # what `inspect` looks for

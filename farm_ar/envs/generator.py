@@ -4,22 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray
-from farm_ar.envs.config import EnvConfig
-from farm_ar.envs.perceptions import UnsteadyHead, perception_of
-from farm_ar.envs.placement import place_in_turn, poses_anywhere, poses_nearby
-from farm_ar.envs.worlds import PlainScene, World
+from farm_ar.envs.placement import Clearance, Placement, place_in_turn, poses_anywhere, poses_nearby
 from farm_ar.errors import InputError, OptionError, known_name
-from farm_ar.game_logic.belief import Tracker
-from farm_ar.game_logic.farm_game import FarmGame
-from farm_ar.game_logic.headset import random_camera
+from farm_ar.game_logic.headset import field_of_view, random_camera
 from farm_ar.geometry import footprints_overlap
-from farm_ar.reid import reid_factory
 from farm_ar.scenes import BUILTIN, Camera, FieldOfView, Layout, Scene, builtin_scene, load_scene
+
+if TYPE_CHECKING:
+    from farm_ar.envs.config import EnvConfig
 
 PLACES_ON_PATH = 200
 """How many places on a camera path a visit's camera is drawn from."""
@@ -123,24 +120,44 @@ class VisitCameras:
         return self._on_path.at(int(rng.integers(PLACES_ON_PATH)))
 
 
-def new_world(
-    scene: Scene, layout: Layout, camera: Camera, options: EnvConfig, rng: np.random.Generator
-) -> World:
-    """The game, or the plain scene, with everything where it starts."""
-    make_reid, perception = reid_factory(options.reid), perception_of(options.perception)
-    if options.head_noise_deg > 0:
-        perception = UnsteadyHead(perception, float(np.deg2rad(options.head_noise_deg)))
-    if options.game:
-        return FarmGame(
-            scene,
-            camera,
-            rng,
-            layout,
-            make_reid,
-            perception,
-            animals_a_second=options.animals_a_second,
+class Generator:
+    """What episodes and visits begin with.
+
+    Args:
+        scene: the room.
+        config: of the environment.
+    """
+
+    def __init__(self, scene: Scene, config: EnvConfig) -> None:
+        self._scene = scene
+        self._layouts = StartingLayouts(scene, config.jitter)
+        self._cameras = VisitCameras(scene, field_of_view(config.fov), config.game)
+
+    def begin(self, rng: np.random.Generator, options: Mapping[str, Any]) -> tuple[Layout, Camera]:
+        """Layout and camera of an episode: those asked for, others at random, the layout first."""
+        layout, camera = options.get("layout"), options.get("camera")
+        return (
+            self._layouts.draw(rng) if layout is None else given_layout(self._scene, layout),
+            self.camera(rng) if camera is None else given_camera(camera, self._cameras.fov),
         )
-    return PlainScene(layout, camera, Tracker(scene, layout, make_reid, perception), rng)
+
+    def camera(self, rng: np.random.Generator) -> Camera:
+        """The camera of a visit."""
+        return self._cameras.draw(rng)
+
+
+def checked_options(options: Any) -> dict[str, Any]:
+    """What `reset` was given.
+
+    Raises:
+        OptionError: it is no mapping of layout and camera.
+    """
+    if not isinstance(options, Mapping | None):
+        raise OptionError("options", "must be a mapping with layout and camera, both optional", options)
+    for name in options or {}:
+        if name not in ("layout", "camera"):
+            raise OptionError("options", "must hold layout and camera only", name)
+    return dict(options or {})
 
 
 def _builtin(name: str) -> Scene:
@@ -152,6 +169,9 @@ FARM_DIAGONAL_M = float(np.hypot(1.2, 0.8))
 
 SPREADS = {"easy": (0.02, np.deg2rad(6.0)), "default": (0.05, np.deg2rad(15.0))}
 """SD of position, metres on the farm, and of yaw, radians."""
+
+JITTERS = ("none", *SPREADS, "hard")
+"""The ways to draw starting layouts."""
 
 HARD_SEPARATION_M = 0.13
 YAW_LIMIT = float(np.deg2rad(30.0))
@@ -216,10 +236,10 @@ class StartingLayouts:
             apart = self._apart * 0.9 ** (restart // 10) if hard else 0.0
             for few in (FEW_TRIES, TRIES):
                 tries = self._poses(turns, np.ascontiguousarray(drawn[:, :few]), hard)
-                position, yaw, placed = layout.position.copy(), layout.yaw.copy(), layout.fixed.copy()
-                clear, size = self._keeps_clear, self._size
-                if place_in_turn(turns, tries, position, yaw, size, placed, clear, GAP_M, apart):
-                    return layout.placed(position, yaw)
+                so_far = Placement(layout.position.copy(), layout.yaw.copy(), layout.fixed.copy())
+                room = Clearance(self._size, self._keeps_clear, GAP_M, apart)
+                if place_in_turn(turns, tries, so_far, room):
+                    return layout.placed(so_far.position, so_far.yaw)
         return layout
 
     def _poses(self, turns: IntArray, drawn: FloatArray, hard: bool) -> FloatArray:

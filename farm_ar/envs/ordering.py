@@ -2,13 +2,37 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
+import numpy as np
+
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.geometry.camera import Eye, bearing_to
 from farm_ar.kernels import compiled
+from farm_ar.scenes import Layout
 
-OBJECT, KIND, FIXED, RIVALS = range(4)
-"""Columns of the objects as they are met: their number, their kind, whether they never move; from there on
-those of their kind, -1 for none."""
+
+class Objects(NamedTuple):
+    """M objects in the order in which an agent meets them, which stays the same for an episode.
+
+    Args:
+        number: (M,) how the layout numbers them.
+        kind: (M,) their kinds.
+        fixed: (M,) whether they never move.
+        rivals: (M, W) those of their kind in the same order, as the layout numbers them; -1 for none.
+    """
+
+    number: IntArray
+    kind: IntArray
+    fixed: BoolArray
+    rivals: IntArray
+
+    @classmethod
+    def unmet(cls, layout: Layout) -> Objects:
+        """Room for the objects of a layout."""
+        m, widest = len(layout), int(np.bincount(layout.category_code).max())
+        number, kind = np.zeros(m, dtype=np.int64), np.zeros(m, dtype=np.int64)
+        return cls(number, kind, np.zeros(m, dtype=np.bool_), np.zeros((m, widest), dtype=np.int64))
 
 
 @compiled
@@ -44,21 +68,21 @@ def line_up(
 
 
 @compiled
-def introduce(order: IntArray, kind: IntArray, fixed: BoolArray, met: IntArray) -> None:
-    """Fill in the objects as they are met, (M, `RIVALS` + W), W the most of a kind.
+def introduce(order: IntArray, kind: IntArray, fixed: BoolArray, objects: Objects) -> None:
+    """Fill in the objects as they are met.
 
     Args:
         order: (M,) their numbers in the order in which they are met.
         kind: (M,) by number.
         fixed: (M,) by number.
-        met: filled.
+        objects: filled.
     """
-    met[:] = -1
+    objects.rivals[:] = -1
     for k in range(len(order)):
         i = order[k]
-        met[k, OBJECT], met[k, KIND], met[k, FIXED] = i, kind[i], fixed[i]
-        column = RIVALS
+        objects.number[k], objects.kind[k], objects.fixed[k] = i, kind[i], fixed[i]
+        column = 0
         for j in order:
             if kind[j] == kind[i]:
-                met[k, column] = j
+                objects.rivals[k, column] = j
                 column += 1

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
@@ -10,34 +12,50 @@ from farm_ar.geometry.rectangles import overlap_depth
 from farm_ar.kernels import compiled
 
 
+class Placement(NamedTuple):
+    """What has been placed of N objects.
+
+    Args:
+        position: (N, 2) their centres, metres.
+        yaw: (N,) their headings, radians.
+        placed: (N,) those that have their pose.
+    """
+
+    position: FloatArray
+    yaw: FloatArray
+    placed: BoolArray
+
+
+class Clearance(NamedTuple):
+    """How far objects have to be from one another.
+
+    Args:
+        size: (N, 3) width, height, depth, metres.
+        keeps_clear: (N, N) pairs whose footprints must not overlap.
+        gap: how far from one another the footprints of those must be, metres.
+        apart: how far from one another all centres must be, metres.
+    """
+
+    size: FloatArray
+    keeps_clear: BoolArray
+    gap: float
+    apart: float
+
+
 @compiled
-def place_in_turn(
-    turns: IntArray,
-    tries: FloatArray,
-    position: FloatArray,
-    yaw: FloatArray,
-    size: FloatArray,
-    placed: BoolArray,
-    keeps_clear: BoolArray,
-    gap: float,
-    apart: float,
-) -> bool:
+def place_in_turn(turns: IntArray, tries: FloatArray, so_far: Placement, room: Clearance) -> bool:
     """Give each object the first of its poses that keeps clear of all that have theirs.
 
     Args:
         turns: (K,) the objects to place, in this order.
         tries: (K, T, 3) x, z and yaw of the poses to try for each.
-        position: (N, 2) centres of all objects, metres; changed in place.
-        yaw: (N,) their headings, radians; changed in place.
-        size: (N, 3) width, height, depth, metres.
-        placed: (N,) objects that have their pose; changed in place.
-        keeps_clear: (N, N) pairs that must not overlap.
-        gap: how far from one another the footprints of those must be, metres.
-        apart: how far from one another all centres must be, metres.
+        so_far: what has been placed; changed in place.
+        room: how far they have to be from one another.
 
     Returns:
         Whether each found one; the first that did not is left as it was, and so are those after it.
     """
+    position, yaw, placed, size = so_far.position, so_far.yaw, so_far.placed, room.size
     for k in range(len(turns)):
         i = turns[k]
         found = False
@@ -48,9 +66,9 @@ def place_in_turn(
                 if not placed[j]:
                     continue
                 dx, dz = position[j, 0] - x, position[j, 1] - z
-                if dx * dx + dz * dz < apart**2 or (
-                    keeps_clear[i, j]
-                    and overlap_depth(dx, dz, heading, yaw[j], size[i] / 2 + gap, size[j] / 2) > 0
+                if dx * dx + dz * dz < room.apart**2 or (
+                    room.keeps_clear[i, j]
+                    and overlap_depth(dx, dz, heading, yaw[j], size[i] / 2 + room.gap, size[j] / 2) > 0
                 ):
                     fits = False
                     break

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import fields
 from typing import Any, ClassVar
 
 from gymnasium.envs.registration import registry
@@ -44,4 +43,4 @@ def check_arguments(env_id: str, arguments: Iterable[str]) -> None:
     spec = registry.get(env_id.removeprefix("farm_ar:"))
     if spec is not None and spec.entry_point == NAMED:
         for name in arguments:
-            known_name("argument", name, (*(field.name for field in fields(EnvConfig)), "render_mode"))
+            known_name("argument", name, EnvConfig.__dataclass_fields__)

@@ -6,6 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from farm_ar.envs.features import MARGIN_SCALE
+from farm_ar.reid import dimension_cost, rotation_cost, total_cost, translation_cost
+from farm_ar.reid.margins import margins
+
 if TYPE_CHECKING:
     from farm_ar.envs.env import FarmToTableEnv
 
@@ -39,8 +45,23 @@ def ambiguity(env: FarmToTableEnv) -> float:
 
 
 def clutter(env: FarmToTableEnv) -> float:
-    """Half the sum over movable objects of 1 - margin / 0.3, were they known to stand as they do."""
-    return env.view.clutter
+    """Half the sum over movable objects of 1 - margin / 0.3, were they in view and known to stand as they do.
+
+    The lower it is, the farther anything has to be moved before the paper's rule takes it for another.
+    """
+    view = env.view
+    scene, weights, movable = view.scene, view.scene.cost_weights, view.movable
+    position, yaw, size = view.truth.position[movable], view.truth.yaw[movable], view.truth.size[movable]
+    code = view.truth.category_code[movable]
+    cost = total_cost(
+        translation_cost(position, position, scene.diagonal),
+        rotation_cost(yaw, yaw),
+        dimension_cost(size, size),
+        weights.translation,
+        weights.rotation,
+    )
+    rises = margins(np.where(code[:, None] == code, cost, np.inf), np.arange(len(code)))
+    return float((1 - np.clip(rises / MARGIN_SCALE, 0.0, 1.0)).sum() / 2)
 
 
 def miscounts(env: FarmToTableEnv) -> float:
@@ -82,30 +103,30 @@ class Reward:
     def __init__(self, name: str, sign: int, effort_weight: float) -> None:
         terms = REWARDS[name]
         self._names = [f"reward/{term}" for term in terms]
-        self._measures = [term.measure for term in terms.values()]
-        self._scales = [sign * term.scale for term in terms.values()]
-        self._foresight = [i for i, term in enumerate(terms.values()) if term.foresight]
+        self._terms = [(term.measure, sign * term.scale, term.foresight) for term in terms.values()]
+        self._foresees = any(term.foresight for term in terms.values())
         self._effort_weight = effort_weight
         self._before: list[float] = []
         self._foreseen: list[float] = []
 
     def begin(self, env: FarmToTableEnv) -> None:
         """A step begins."""
-        self._before = [measure(env) for measure in self._measures]
-        self._foreseen = [self._before[i] for i in self._foresight]
+        self._before = self._foreseen = [measure(env) for measure, _, _ in self._terms]
 
     def foresee(self, env: FarmToTableEnv) -> None:
         """The step's action is carried out, and its snapshot, if it has one, is yet to be taken."""
-        self._foreseen = [self._measures[i](env) for i in self._foresight]
+        if self._foresees:
+            self._foreseen = [measure(env) if foresight else 0.0 for measure, _, foresight in self._terms]
 
     def paid(self, env: FarmToTableEnv, effort: float) -> dict[str, float]:
         """The terms of a step that is over, by their names in `info`; the reward is their sum."""
-        foreseen = dict(zip(self._foresight, self._foreseen, strict=True))
         paid = {}
-        for i, (name, measure) in enumerate(zip(self._names, self._measures, strict=True)):
-            now = foreseen[i] if i in foreseen else measure(env)
-            paid[name] = 0.0 + self._scales[i] * (now - self._before[i])
-        paid[EFFORT] = 0.0 - self._effort_weight * effort
+        for name, (measure, scale, foresight), before, foreseen in zip(
+            self._names, self._terms, self._before, self._foreseen, strict=True
+        ):
+            now = foreseen if foresight else measure(env)
+            paid[name] = scale * (now - before) if now != before else 0.0
+        paid[EFFORT] = -self._effort_weight * effort if effort else 0.0
         return paid
 
     def nothing(self) -> dict[str, float]:

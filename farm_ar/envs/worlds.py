@@ -7,13 +7,16 @@ from typing import Protocol
 import numpy as np
 
 from farm_ar.arrays import FloatArray
+from farm_ar.envs.config import EnvConfig
+from farm_ar.envs.perceptions import UnsteadyHead, perception_of
 from farm_ar.game_logic.belief import Sighting, Tracker
-from farm_ar.game_logic.farm_game import Phase
+from farm_ar.game_logic.farm_game import FarmGame, Phase
 from farm_ar.game_logic.physics.limits import Motion
 from farm_ar.game_logic.physics.tabletop import MotionLimit
 from farm_ar.game_logic.render_state import RenderState
 from farm_ar.geometry import to_pymunk, wrap
-from farm_ar.scenes import Camera, Layout
+from farm_ar.reid import reid_factory
+from farm_ar.scenes import Camera, Layout, Scene
 
 
 class World(Protocol):
@@ -145,3 +148,23 @@ class PlainScene:
         """All that may change, as arrays."""
         poses = [self._position, self._yaw, self.camera.position, self.camera.yaw]
         return [*poses, *self.tracker.belief.state()]
+
+
+def new_world(
+    scene: Scene, layout: Layout, camera: Camera, config: EnvConfig, rng: np.random.Generator
+) -> World:
+    """The game, or the plain scene, with everything where it starts."""
+    make_reid, perception = reid_factory(config.reid), perception_of(config.perception)
+    if config.head_noise_deg > 0:
+        perception = UnsteadyHead(perception, float(np.deg2rad(config.head_noise_deg)))
+    if config.game:
+        return FarmGame(
+            scene,
+            camera,
+            rng,
+            layout,
+            make_reid,
+            perception,
+            animals_a_second=config.animals_a_second,
+        )
+    return PlainScene(layout, camera, Tracker(scene, layout, make_reid, perception), rng)

@@ -40,7 +40,7 @@ HAND_WAITS_AT_Z = -0.5
 """Where a hand that is out of view waits, metres."""
 
 ANIMALS_A_SECOND = 10.0
-"""How many animals leave the shed, all colours together; about four times as many are then on the table."""
+"""How many animals leave the shed, all colours together; 3.3 times as many are then on the table."""
 
 MOST_ANIMALS_A_SECOND, LONGEST_PLAY_S = 1e4, 86400.0
 """Limits of what the game plays."""

@@ -40,12 +40,12 @@ def test_slots_lead_towards_the_believed_place_of_a_label_of_the_kind():
     same = [i for i in view.movable if view.truth.category[i] == view.truth.category[index]]
     slot = 1 if same[0] == index else 0
     home = view.believed.position[same[slot]]
-    (move,) = env._control._action.moves(np.array([number, slot, 0]), view)
+    (move,) = env.control.action.decode(np.array([number, slot, 0]), view)
     assert move.index == index
     np.testing.assert_allclose(move.displacement, 0.55 * (home - view.truth.position[index]))
     turn = wrap(view.believed.yaw[same[slot]] - view.truth.yaw[index])
     assert move.turn == pytest.approx(0.55 * turn)
-    (whole,) = env._control._action.moves(np.array([number, slot, 2]), view)
+    (whole,) = env.control.action.decode(np.array([number, slot, 2]), view)
     np.testing.assert_allclose(view.truth.position[index] + whole.displacement, home)
 
 

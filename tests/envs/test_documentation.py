@@ -1,6 +1,8 @@
 """The page on the environments is made from the class, and tells of all that there is."""
 
+import dataclasses
 import inspect
+import math
 import re
 import runpy
 from pathlib import Path
@@ -9,6 +11,7 @@ import numpy as np
 import pytest
 
 from farm_ar.envs import FarmToTableEnv
+from farm_ar.envs.config import EnvConfig
 from farm_ar.envs.rewards import REWARDS
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -20,6 +23,7 @@ SECTIONS = [
     "Rewards",
     "Starting State",
     "Episode End",
+    "Physics",
     "Arguments",
     "Info",
     "Version History",
@@ -59,3 +63,27 @@ def test_every_info_is_described_with_its_type(reward):
     for name, value in info.items():
         wanted = described["reward/identity" if name in terms else name]
         assert wanted.endswith(value.dtype.name if isinstance(value, np.ndarray) else type(value).__name__)
+
+
+def test_the_defaults_of_the_page_are_those_of_the_configuration():
+    text = inspect.getdoc(FarmToTableEnv).partition("## Arguments")[2].partition("## ")[0]
+    told = {}
+    for names, defaults in re.findall(r"^\| (`[^|]*) \| ([^|]*) \|", text, re.MULTILINE):
+        names, defaults = re.findall(r"`(\w+)`", names), defaults.replace("`", "").split(", ")
+        told |= (
+            dict.fromkeys(names, "by id")
+            if defaults == ["by id"]
+            else dict(zip(names, defaults, strict=True))
+        )
+    defaults = {field.name: field.default for field in dataclasses.fields(EnvConfig)}
+    assert told.keys() == defaults.keys()
+    for name, value in told.items():
+        wanted = "by id" if name in ("control", "action") else defaults[name]
+        assert (value if value == "by id" else eval(value, {"pi": math.pi})) == wanted, name
+
+
+def test_every_field_of_the_configuration_is_described_where_it_is_declared():
+    described = re.findall(
+        r"^    (\w+): ", inspect.getdoc(EnvConfig).partition("Args:")[2].partition("Raises:")[0], re.MULTILINE
+    )
+    assert described == [field.name for field in dataclasses.fields(EnvConfig)]

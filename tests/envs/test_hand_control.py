@@ -248,7 +248,7 @@ def test_what_a_step_of_the_hand_has_read_of_the_table_is_what_is_read_anew(rng)
         before = env.world.changes
         seen, _, over, _, _ = env.step(action.astype(np.float32))
         turned += env.world.changes != before
-        env._reading.meet(env.world.truth, env._order)
+        env._features.meet(env.world.truth, env._order)
         for name, values in env.observe().items():
             np.testing.assert_array_equal(seen[name], values)
         if over:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from farm_ar.envs import ordering
-from farm_ar.envs.ordering import FIXED, KIND, OBJECT, RIVALS, introduce, line_up
+from farm_ar.envs.ordering import Objects, introduce, line_up
 from farm_ar.envs.table import meeting_order
 from farm_ar.game_logic import visibility
 from farm_ar.game_logic.headset import random_camera
@@ -35,7 +35,11 @@ def test_those_that_move_come_first_then_by_kind_then_from_left_to_right(plain, 
 @pytest.mark.parametrize("kernel", [introduce, introduce.py_func], ids=["compiled", "plain"])
 def test_each_is_introduced_with_those_of_its_kind_in_the_same_order(kernel):
     order, kind = np.array([3, 1, 0, 2]), np.array([1, 0, 1, 0])
-    met = np.zeros((4, RIVALS + 3), dtype=np.int64)
-    kernel(order, kind, np.array([False, False, True, False]), met)
-    assert met[:, [OBJECT, KIND, FIXED]].tolist() == [[3, 0, 0], [1, 0, 0], [0, 1, 0], [2, 1, 1]]
-    assert met[:, RIVALS:].tolist() == [[3, 1, -1], [3, 1, -1], [0, 2, -1], [0, 2, -1]]
+    objects = Objects(
+        *np.zeros((2, 4), dtype=np.int64), np.zeros(4, dtype=bool), np.zeros((4, 3), dtype=np.int64)
+    )
+    kernel(order, kind, np.array([False, False, True, False]), objects)
+    assert objects.number.tolist() == [3, 1, 0, 2]
+    assert objects.kind.tolist() == [0, 0, 1, 1]
+    assert objects.fixed.tolist() == [False, False, False, True]
+    assert objects.rivals.tolist() == [[3, 1, -1], [3, 1, -1], [0, 2, -1], [0, 2, -1]]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from farm_ar.envs import placement
-from farm_ar.envs.placement import place_in_turn, poses_anywhere, poses_nearby
+from farm_ar.envs.placement import Clearance, Placement, place_in_turn, poses_anywhere, poses_nearby
 from farm_ar.geometry import wrap
 
 
@@ -14,7 +14,7 @@ def test_each_gets_the_first_pose_that_keeps_clear_of_those_before_it(place):
     position, yaw = np.zeros((2, 2)), np.zeros(2)
     placed, clear = np.zeros(2, dtype=bool), np.ones((2, 2), dtype=bool)
     size = np.full((2, 3), 0.1)
-    assert place(np.arange(2), tries, position, yaw, size, placed, clear, 0.01, 0.0)
+    assert place(np.arange(2), tries, Placement(position, yaw, placed), Clearance(size, clear, 0.01, 0.0))
     np.testing.assert_array_equal(position, [[0.5, 0.5], [0.8, 0.5]])
     assert yaw[1] == 0.3
     assert placed.all()
@@ -25,9 +25,8 @@ def test_where_no_pose_keeps_clear_it_says_so_and_leaves_the_object(place):
     tries = np.array([[[0.5, 0.5, 0.0]], [[0.55, 0.5, 0.0]]])
     position, yaw, placed = np.zeros((2, 2)), np.zeros(2), np.zeros(2, dtype=bool)
     apart = (np.zeros((2, 2), dtype=bool), 0.1)  # footprints may overlap, centres must be apart
-    assert not place(
-        np.arange(2), tries, position, yaw, np.full((2, 3), 0.1), placed, apart[0], 0.0, apart[1]
-    )
+    room = Clearance(np.full((2, 3), 0.1), apart[0], 0.0, apart[1])
+    assert not place(np.arange(2), tries, Placement(position, yaw, placed), room)
     assert placed.tolist() == [True, False]
     np.testing.assert_array_equal(position[1], (0, 0))
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from farm_ar.envs import FarmToTableEnv
+from farm_ar.envs.rewards import clutter
 
 # To exchange the pair, both go 10 cm.
 THERE, BACK = (0.1, 0.0), (-0.1, 0.0)
@@ -136,8 +137,8 @@ def test_a_helper_is_paid_for_making_the_table_clearer(plain, offsets):
     for sign in (1, -1):
         env = plain(reward="clutter", sign=sign)
         env.reset(seed=0)
-        assert env.view.clutter == pytest.approx(before)
+        assert clutter(env) == pytest.approx(before)
         _, reward, *_, info = env.step(offsets((-0.025, 0)))
         assert info["wrong_labels"] == 0
-        assert env.view.clutter == pytest.approx(after)
+        assert clutter(env) == pytest.approx(after)
         assert reward == pytest.approx(sign * 0.5 * (after - before) - 0.25 * 0.025)

@@ -7,8 +7,9 @@ import pytest
 
 from farm_ar.envs import FarmToTableEnv
 from farm_ar.envs.generator import StartingLayouts
+from farm_ar.envs.rewards import clutter
 from farm_ar.geometry import deepest_overlap, footprint_corners, footprints_overlap, wrap
-from farm_ar.scenes import Camera, FieldOfView, builtin_scene
+from farm_ar.scenes import Camera, FieldOfView, Layout, Scene, builtin_scene
 
 FARM = builtin_scene("farm")
 
@@ -160,3 +161,39 @@ def test_options_need_not_be_objects():
     env = FarmToTableEnv()
     env.reset(options=json.loads(json.dumps(options)))
     np.testing.assert_array_equal(env.world.truth.position, FARM.layout.position)
+
+
+def test_layouts_of_a_larger_table_stray_by_as_much_more():
+    """Three times the farm: the same draws, three times as far."""
+    home = FARM.layout
+    layout = Layout(home.labels, home.category, 3 * home.position, home.yaw, 3 * home.size, fixed=home.fixed)
+    large = Scene("large", (3.6, 2.4), layout)
+    for jitter in ("easy", "default", "hard"):
+        for ours, theirs in zip(draws(jitter, count=20), draws(jitter, large, count=20), strict=True):
+            # Footprints keep 5 mm apart on any table, so that now and then another of the poses tried fits.
+            same = np.isclose(3 * ours.position, theirs.position, atol=1e-9).all(axis=1)
+            assert same.mean() > 0.8
+            np.testing.assert_allclose(ours.yaw[same], theirs.yaw[same])
+    apart = [
+        np.linalg.norm(one.position[:, None] - one.position, axis=-1) for one in draws("hard", large, 50)
+    ]
+    assert min(d[~np.eye(11, dtype=bool)].min() for d in apart) >= 0.39
+
+
+def test_what_the_page_says_of_jitter_animals_and_clutter_is_so():
+    home, some = FARM.layout, FARM.layout.movable
+    turns = np.array([wrap(layout.yaw - home.yaw)[some] for layout in draws("default", count=1000)])
+    assert np.rad2deg(turns.std()) == pytest.approx(12.9, abs=0.3)
+    yaws = np.array([layout.yaw[some] for layout in draws("hard", count=300)])
+    assert np.rad2deg(np.abs(yaws).max()) == pytest.approx(30, abs=0.2)
+    assert np.rad2deg(yaws.std()) == pytest.approx(60 / np.sqrt(12), abs=0.6)
+    env, cluttered = FarmToTableEnv(jitter="hard"), []
+    for seed in range(300):
+        env.reset(seed=seed)
+        cluttered.append(clutter(env))
+    assert np.mean(cluttered) == pytest.approx(0.027, abs=4 * np.std(cluttered) / np.sqrt(300))
+    env, animals = FarmToTableEnv(), []
+    for seed in range(60):
+        env.reset(seed=seed)
+        animals.append(len(env.world.render_state().animal_goal))
+    assert np.mean(animals) == pytest.approx(10 * 3.3, rel=0.1)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from farm_ar.envs import FarmToTableEnv, replay
+from farm_ar.envs.rewards import clutter
 
 IDS = ["FarmToTable-v0", "FarmToTableHand-v0", "FarmToTableLayout-v0", "SceneLayout-v0"]
 
@@ -124,7 +125,7 @@ def test_looking_changes_nothing():
                 env.render()
                 env.action_masks()
                 env.trace()
-                _ = env.view.margins, env.world.render_state().animal_heading
+                _ = clutter(env), env.ambiguity, env.world.render_state().animal_heading
         return env.state_hash()
 
     assert state(look=True) == state(look=False)

@@ -11,20 +11,12 @@ from farm_ar.agents.policies.base import Policy
 from farm_ar.agents.policies.beam_search import search
 from farm_ar.agents.policies.plan_steps import SHARES, Allowance, Eye, Table, Terms
 from farm_ar.envs import FarmToTableEnv
-from farm_ar.envs.actions import DisplacementAction, Move
+from farm_ar.envs.actions import MOVE_ACTIONS, Move
 from farm_ar.envs.generator import unit_of
 from farm_ar.envs.table import TableView
 from farm_ar.errors import OptionError
 from farm_ar.geometry import wrap
 from farm_ar.scenes import Camera, Scene
-
-REACHES = {
-    "slot": (np.inf, np.inf, 0),
-    "displacement": (0.3, np.pi / 2, len(DisplacementAction.LEVELS)),
-    "continuous": (0.3, np.pi / 2, 0),
-    "offsets": (0.15, np.pi / 4, 0),
-}
-"""What one action can do, by its name: metres on the farm, radians, how many levels either has, if any."""
 
 
 class Step(NamedTuple):
@@ -71,16 +63,16 @@ def terms_of(scene: Scene, action: str, effort_weight: float) -> Terms:
         action: by name.
         effort_weight: price of a unit of effort beside a wrong label.
     """
-    weights, (metres, radians, levels) = scene.cost_weights, REACHES[action]
+    weights, can = scene.cost_weights, MOVE_ACTIONS[action]
     return Terms(
         weights.translation / scene.diagonal,
         weights.rotation,
         effort_weight / scene.diagonal,
         effort_weight / np.pi,
         *scene.size,
-        metres * unit_of(scene),
-        radians,
-        levels,
+        can.reach_m * unit_of(scene),
+        can.reach_rad,
+        can.levels,
     )
 
 

@@ -15,7 +15,7 @@ from farm_ar.agents.cases import Case
 from farm_ar.agents.stress.statistics import wrong_before
 from farm_ar.agents.stress.study import Study, known_case
 from farm_ar.arrays import ANGLE, POSITION, Limits
-from farm_ar.envs.config import JITTERS
+from farm_ar.envs.generator import JITTERS
 from farm_ar.errors import InputError, OptionError
 from farm_ar.reid import REIDENTIFIERS, Identification, load_reid
 from farm_ar.scenes import Snapshot, observe

@@ -19,8 +19,7 @@ from farm_ar.agents.effort import effort_of
 from farm_ar.agents.stress.impact import downstream_impact, realizable_effort
 from farm_ar.agents.validity import settle
 from farm_ar.arrays import FloatArray
-from farm_ar.envs.config import JITTERS
-from farm_ar.envs.generator import SPREADS, scene_of, unit_of
+from farm_ar.envs.generator import JITTERS, SPREADS, scene_of, unit_of
 from farm_ar.errors import OptionError, known_name
 from farm_ar.geometry import wrap
 from farm_ar.reid import REIDENTIFIERS, Reidentifier, load_reid

@@ -14,7 +14,8 @@ from torch import Tensor
 from farm_ar.agents.training.demonstrations import Demonstration, Demonstrations
 from farm_ar.agents.training.object_policy import ObjectPolicy
 from farm_ar.agents.training.surrogate_env import SurrogateEnv
-from farm_ar.arrays import IntArray
+from farm_ar.envs.actions import MoveAction
+from farm_ar.envs.observations import mirror
 
 VALUE_SHARE = 0.1
 """What the error of the values counts beside that of the choices."""
@@ -91,11 +92,9 @@ class ImitatingPPO(MaskablePPO):
         left = 1.0 - (self.num_timesteps - self.n_steps * self.n_envs) / self.imitate["steps"]
         for group in policy.optimizer.param_groups:
             group["lr"] = self.imitate["learning_rate"] * max(left, LOWEST_RATE)
-        losses, nvec = [], policy.action_space.nvec
+        losses = []
         for _ in range(self.imitate["batches"]):
-            drawn = mirrored(
-                self.demonstrations.draw(int(self.batch_size or 1), rng), rng, nvec, policy.senses
-            )
+            drawn = mirrored(self.demonstrations.draw(int(self.batch_size or 1), rng), rng, policy.encoding)
             choice, value = _errors(policy, drawn)
             policy.optimizer.zero_grad()
             (choice + VALUE_SHARE * value).backward()  # type: ignore[no-untyped-call]
@@ -111,39 +110,21 @@ class ImitatingPPO(MaskablePPO):
 
 
 def mirrored(
-    moments: dict[str, npt.NDArray[Any]], rng: np.random.Generator, action: IntArray, senses: Sequence[int]
+    moments: dict[str, npt.NDArray[Any]], rng: np.random.Generator, encoding: MoveAction
 ) -> dict[str, npt.NDArray[Any]]:
     """About half of the moments with left and right exchanged, so that twice as many are learnt.
 
     Args:
         moments: as `Demonstrations` has them.
         rng: says which.
-        action: (D,) how many choices each part of an action has, the last of the first for leaving.
-        senses: the parts whose sense changes.
+        encoding: of their actions.
     """
-    chosen, result = rng.random(len(moments["returns"])) < 0.5, dict(moments)
-    for name, signs in MIRROR.items():
-        if name in moments:
-            values = moments[name].copy()
-            values[chosen] = (values[chosen].reshape(-1, len(signs)) * signs).reshape(-1, values.shape[1])
-            result[name] = values
-    result["actions"] = actions = moments["actions"].copy()
-    stays = actions[..., 0] == action[0] - 1
-    for part in senses:
-        other = np.where(stays, 0, action[part] - 1 - actions[..., part])
-        actions[..., part] = np.where(chosen[:, None], other, actions[..., part])
-    return result
-
-
-MIRROR: dict[str, npt.NDArray[np.float32]] = {
-    "position": np.array([-1, 1], dtype=np.float32),
-    "believed_position": np.array([-1, 1], dtype=np.float32),
-    "heading": np.array([-1, 1], dtype=np.float32),
-    "believed_heading": np.array([-1, 1], dtype=np.float32),
-    "difference": np.array([-1, 1, -1], dtype=np.float32),
-    "camera": np.array([-1, 1, -1, 1], dtype=np.float32),
-}
-"""What changes its sign in a mirror: x, a turn, the sine of a heading."""
+    chosen = rng.random(len(moments["returns"])) < 0.5
+    turned = mirror(moments) | {"actions": encoding.mirror(moments["actions"])}
+    return {
+        name: np.where(chosen.reshape(-1, *[1] * (values.ndim - 1)), turned[name], values)
+        for name, values in moments.items()
+    }
 
 
 def _errors(policy: ObjectPolicy, moments: dict[str, npt.NDArray[Any]]) -> tuple[Tensor, Tensor]:

@@ -16,6 +16,7 @@ from torch.distributions import Categorical
 from torch.optim import Adam, Muon, Optimizer
 
 from farm_ar.agents.training.object_network import NOWHERE, ObjectNetwork, Scores, ranks, sizes
+from farm_ar.envs.actions import DisplacementAction, MoveAction, SlotAction
 from farm_ar.errors import known_name
 
 LEAST_SIDE = 12
@@ -187,9 +188,6 @@ OPTIMIZERS: dict[str, type[Optimizer]] = {"muon": MuonAdam, "adam": Adam}
 SLOT_CHOICES = 3
 """How many choices the action `slot` has; `displacement` has one more."""
 
-SENSES = (1, 3)
-"""The choices of `displacement` whose sense changes in a mirror: x, and the turn."""
-
 
 class ObjectPolicy(MaskableActorCriticPolicy):
     """Actor and critic on an `ObjectNetwork`, for the actions `displacement` and `slot`.
@@ -231,7 +229,8 @@ class ObjectPolicy(MaskableActorCriticPolicy):
         first, *others = (int(n) for n in actions.nvec)
         self._movable = first - 1
         self._slots = others.pop(0) if len(actions.nvec) == SLOT_CHOICES else 0
-        self.senses = () if self._slots else SENSES
+        encoding = SlotAction if self._slots else DisplacementAction
+        self.encoding: MoveAction = encoding(self._movable, self._slots, 1.0)
         self.network = ObjectNetwork(sizes(lengths, lengths["in_view"]), others, **self._shape)
         self.renew_optimizer(lr_schedule(1))
 

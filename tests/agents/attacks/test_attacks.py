@@ -32,7 +32,15 @@ from farm_ar.agents.effort import effort_of, efforts
 from farm_ar.agents.policies import AnalyticPolicy
 from farm_ar.envs import FarmToTableEnv
 from farm_ar.errors import InputError, MissingPackageError, OptionError
-from farm_ar.reid import REIDENTIFIERS, Identification, LastKnownReid, NearestReid, SpatialReid
+from farm_ar.reid import (
+    REIDENTIFIERS,
+    Identification,
+    LastKnownReid,
+    NearestReid,
+    SpatialReid,
+    solve_assignment,
+)
+from farm_ar.reid.margins import margins
 from farm_ar.scenes import Camera, Layout, Weights, builtin_scene, observe
 
 
@@ -294,14 +302,14 @@ def test_the_minimal_perturbation_say_the_same_uncompiled(monkeypatch):
 
 
 def test_margins_are_those_of_the_table_as_it_stands_and_0_when_wrong():
-    from farm_ar.envs.table import TableView
-
     oracle = trial_of(2)
     case, layout = oracle.case, oracle.case.layout
-    order = np.arange(len(layout))
-    view = TableView(case.scene, layout, layout, case.camera, order, order[layout.movable])
+    snapshot, _ = observe(layout, case.camera)
+    cost = SpatialReid(case.scene.knowing(layout)).cost_matrix(snapshot.detections)
+    cost[np.array(snapshot.detections.category)[:, None] != np.array(layout.category)] = np.inf
+    expected = margins(cost, solve_assignment(cost))
     found = least_margins(oracle, layout.position[None], layout.yaw[None])
-    assert found[0] == pytest.approx(np.nanmin(view.margins[np.isfinite(view.margins)]))
+    assert found[0] == pytest.approx(np.min(expected[np.isfinite(expected)]))
     Analytic()(oracle, np.random.default_rng(0))
     failure = oracle.cheapest
     assert least_margins(oracle, failure.position[None], failure.yaw[None])[0] == 0.0

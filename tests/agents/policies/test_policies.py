@@ -157,7 +157,7 @@ def test_what_is_foreseen_of_the_table_as_it_stands_is_what_the_view_says():
         truth = env.view.truth
         seen = foresee(env, truth.position[None], truth.yaw[None])
         assert seen.wrong.tolist() == [0]
-        assert seen.ambiguity[0] == pytest.approx(env.view.ambiguity)
+        assert seen.ambiguity[0] == pytest.approx(env.ambiguity)
 
 
 def test_what_is_foreseen_of_a_moved_table_is_what_the_snapshot_says(rng):

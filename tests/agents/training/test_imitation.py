@@ -9,11 +9,12 @@ import torch
 from farm_ar.agents.policies import AnalyticPolicy
 from farm_ar.agents.training.demonstrations import Demonstrations, demonstration
 from farm_ar.agents.training.imitation import ImitatingPPO, _errors, mirrored
-from farm_ar.agents.training.object_policy import SENSES, ObjectPolicy
+from farm_ar.agents.training.object_policy import ObjectPolicy
 from farm_ar.agents.training.run_folder import RunFolder
 from farm_ar.agents.training.surrogate_env import SurrogateEnv
 from farm_ar.agents.training.training import train
 from farm_ar.envs import FarmToTableEnv
+from farm_ar.envs.actions import MOVE_ACTIONS
 from farm_ar.errors import OptionError
 from farm_ar.scenes import builtin_scene
 
@@ -117,8 +118,7 @@ def test_the_mirror_shows_what_the_planner_would_do_on_the_mirrored_table(action
     in_a_mirror(surrogate)
     after = seen_by(surrogate, 64)
     every = type("Always", (), {"random": staticmethod(lambda n: np.zeros(n))})()
-    senses = SENSES if action == "displacement" else ()
-    found = mirrored(before, every, surrogate.action_space.nvec, senses)
+    found = mirrored(before, every, MOVE_ACTIONS[action](10, 5, 1.0))
     for name in surrogate.observation_space.spaces:
         assert found[name] == pytest.approx(after[name], abs=1e-5), name
     ours, theirs = (
@@ -133,7 +133,7 @@ def test_half_of_the_moments_are_left_as_they_are():
     surrogate = SurrogateEnv(64, 0, action="displacement")
     surrogate.reset()
     before = seen_by(surrogate)
-    found = mirrored(before, np.random.default_rng(0), surrogate.action_space.nvec, SENSES)
+    found = mirrored(before, np.random.default_rng(0), MOVE_ACTIONS["displacement"](10, 5, 1.0))
     same = np.all(found["position"] == before["position"], axis=1)
     assert 16 < same.sum() < 48
     assert np.array_equal(found["actions"][same], before["actions"][same])
