@@ -1,4 +1,4 @@
-"""Pictures of scenes and of what is seen in them, from above."""
+"""Figures of scenes, identifications and explanations from above."""
 
 from farm_ar.drawing.explanations import draw_explanation
 from farm_ar.drawing.identifications import draw_identification

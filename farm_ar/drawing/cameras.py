@@ -1,4 +1,4 @@
-"""Cameras from above: what one sees, and the path it wanders."""
+"""Cameras from above: the field of view, and the path."""
 
 from __future__ import annotations
 

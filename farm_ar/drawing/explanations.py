@@ -1,4 +1,4 @@
-"""A picture of why a detection has its label: the terms of its cost beside the runner-up's."""
+"""A figure of an explanation: the cost terms of a detection's label beside the runner-up's."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An identification seen from above: what the camera saw, and which label each of it was given."""
+"""An identification from above: the detections, and the label of each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where labels go so that each can be read: beside what they name, and clear of one another."""
+"""Label placement: beside what each label names, and clear of one another."""
 
 from __future__ import annotations
 

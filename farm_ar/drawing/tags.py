@@ -1,4 +1,4 @@
-"""Tags: small texts that name what is drawn and find their own places when the picture is made."""
+"""Tags: small texts that name what is drawn, placed when the figure is drawn."""
 
 from __future__ import annotations
 

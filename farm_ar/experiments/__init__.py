@@ -1,4 +1,4 @@
-"""The paper's experiments, run again, with its numbers beside ours."""
+"""The paper's experiments, reproduced, with its numbers beside ours."""
 
 from farm_ar.experiments.reproduce import EXPERIMENTS, reproduce
 

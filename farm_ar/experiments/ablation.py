@@ -46,7 +46,7 @@ CONDITIONS: dict[str, tuple[Term, ...]] = {
 DETECTIONS_IN_FIG_7 = 7
 
 Answer = tuple[Identification, tuple[str | None, ...] | None]
-"""An identification, and the true labels to judge it by, if it is to be judged."""
+"""An identification, and the true labels to score it by, if it is to be scored."""
 
 
 def table2(setting: Setting) -> Report:
@@ -183,15 +183,15 @@ def _worked_example_figure(
             artist.set_clip_path(Path.unit_rectangle(), axes.transAxes)
         axes.set_title(f"({letter}) {title}", fontsize=TITLE_SIZE)
     figure.supxlabel(
-        "Grey: where things stood before. Arrows: from where the label given stood. "
-        "Green: right. Red: wrong, with the true label in brackets.",
+        "Grey: reference layout. Arrows: from the reference position of the label given. "
+        "Green: correct. Red: wrong, with the true label in brackets.",
         fontsize=TEXT_SIZE,
     )
     return figure
 
 
 def _zoom(axes: Axes, snapshot: Snapshot) -> None:
-    """Show the camera and what it detected, and little beyond."""
+    """Zoom to the camera and its detections."""
     seen = snapshot.detections
     corners = footprint_corners(seen.position, seen.yaw, seen.size).reshape(-1, 2)
     points = np.vstack([corners, snapshot.camera.position])

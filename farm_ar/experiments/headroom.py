@@ -1,4 +1,4 @@
-"""How much better than the paper's method one can do: every method on the same snapshots, and the bound."""
+"""The head-room above the paper's method: every method on the same snapshots, and a bound."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ from farm_ar.sweeps import Row
 TRANSLATIONS = (0.1, 0.3, 0.5, 1.0)
 ROTATIONS = (15, 30, 60, 120)
 BINS = 50
-"""Of confidence, 0 to 1."""
+"""Bins of confidence, 0 to 1."""
 
 METHODS: dict[str, ReidFactory] = {
     **{name: REIDENTIFIERS[name] for name in (PAPER_METHOD, "spatial", "likelihood", "relational")},
@@ -47,7 +47,7 @@ METHODS: dict[str, ReidFactory] = {
     "distance-ungated": partial(DistanceReid, gate_categories=False),
     "last-known": LastKnownReid,
 }
-"""What is compared; without regard to categories where the name says so, as in the paper's experiments.
+"""The methods compared; those called ungated ignore categories, as in the paper's experiments.
 
 The bound comes with every unit whose noise a model describes.
 """

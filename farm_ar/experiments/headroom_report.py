@@ -1,4 +1,4 @@
-"""What the rows of the head-room experiment say: tables, calibration, and the figure."""
+"""Tables, calibration and the figure of the head-room experiment, from its rows."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from farm_ar.sweeps import Row
 
 JITTER, PAPER_METHOD, MAIN_METHOD, BOUND = "jitter", "spatial-ungated", "likelihood", "bound: noise known"
 RELIABILITY_BINS = 10
-SUREST = 0.8
-"""Share of the answers whose accuracy is told apart: those of which the method is surest."""
+MOST_CONFIDENT = 0.8
+"""Share of the answers, those with the highest confidence, whose accuracy is reported separately."""
 
 _COLOURS = (PAPER, "#777777", OURS, "#5a9a68", "#8b5fa8", "#b3554f", "#4fa3a5")
 
@@ -50,9 +50,9 @@ def report_of(rows: Sequence[Row], layouts: int) -> Report:
             "goal at most 0.05",
         ),
         Comparison(
-            f"accuracy of the {SUREST:.0%} of the answers with the highest confidence",
+            f"accuracy of the {MOST_CONFIDENT:.0%} of the answers with the highest confidence",
             "",
-            f"{accuracy_of_surest(rows, MAIN_METHOD, table):.3f}",
+            f"{accuracy_of_most_confident(rows, MAIN_METHOD, table):.3f}",
             "over the table",
         ),
     ]
@@ -75,14 +75,14 @@ def methods_of(rows: Sequence[Row]) -> list[str]:
 
 
 def mean_accuracy(rows: Sequence[Row], method: str, **only: Any) -> float:
-    """Mean over the scenes and noise levels of a method's rows, of the table unless `pattern` says else."""
+    """Mean over the scenes and noise levels of a method's rows, of the table unless `pattern` is given."""
     only = {"pattern": JITTER, **only}
     wanted = [r for r in rows if r["rule"] == method and all(r[key] == value for key, value in only.items())]
     return float(np.mean([float(r["accuracy"] or 0.0) for r in wanted])) if wanted else float("nan")
 
 
 def worst_cell(rows: Sequence[Row], method: str) -> tuple[float, str]:
-    """The least gain over the paper's method of all pairs T, R (means over the scenes), and where it is."""
+    """The smallest gain over the paper's method of all pairs T, R (means over the scenes), and its pair."""
     gains = {cell: _cell(rows, method, cell) - _cell(rows, PAPER_METHOD, cell) for cell in _cells(rows)}
     worst = min(gains, key=lambda cell: gains[cell])
     return gains[worst], f"T {worst[0]:g}, R {worst[1]}"
@@ -103,7 +103,7 @@ def answers_by_confidence(
 
 
 def calibration_error(rows: Sequence[Row], method: str, patterns: Sequence[str] | None) -> float:
-    """Expected calibration error: how far confidence is from accuracy, over ten bins; NaN if not known."""
+    """Expected calibration error over ten bins of confidence; NaN without confidences."""
     count, sure, right = (_coarser(x) for x in answers_by_confidence(rows, method, patterns))
     return float(np.abs(sure - right).sum() / count.sum()) if count.sum() else float("nan")
 
@@ -111,20 +111,20 @@ def calibration_error(rows: Sequence[Row], method: str, patterns: Sequence[str] 
 def risk_coverage(
     rows: Sequence[Row], method: str, patterns: Sequence[str] | None
 ) -> tuple[FloatArray, FloatArray]:
-    """Share of the answers from the surest down, and the accuracy of those."""
+    """Share of the answers, by falling confidence, and their accuracy."""
     count, _, right = (x[::-1].cumsum() for x in answers_by_confidence(rows, method, patterns))
     some = count > 0
     return count[some] / count[-1], right[some] / count[some]
 
 
-def accuracy_of_surest(rows: Sequence[Row], method: str, patterns: Sequence[str] | None) -> float:
-    """Accuracy of the `SUREST` share of the answers; NaN if the method does not say how sure it is."""
+def accuracy_of_most_confident(rows: Sequence[Row], method: str, patterns: Sequence[str] | None) -> float:
+    """Accuracy of the `MOST_CONFIDENT` share of the answers; NaN without confidences."""
     covered, accuracy = risk_coverage(rows, method, patterns)
-    return float(np.interp(SUREST, covered, accuracy)) if len(covered) else float("nan")
+    return float(np.interp(MOST_CONFIDENT, covered, accuracy)) if len(covered) else float("nan")
 
 
 def tables(rows: Sequence[Row]) -> str:
-    """The tables in Markdown: all methods by scene and pattern, the cells, and how sure they are."""
+    """The tables in Markdown: all methods by scene and pattern, the cells, and their confidence."""
     patterns = [p for p in dict.fromkeys(str(row["pattern"]) for row in rows) if p != JITTER]
     scenes, every = list(dict.fromkeys(str(row["scene"]) for row in rows)), methods_of(rows)
     overview = [
@@ -141,8 +141,8 @@ def tables(rows: Sequence[Row]) -> str:
             method,
             _number(calibration_error(rows, method, (JITTER,))),
             _number(calibration_error(rows, method, None)),
-            _number(accuracy_of_surest(rows, method, (JITTER,))),
-            _number(accuracy_of_surest(rows, method, None)),
+            _number(accuracy_of_most_confident(rows, method, (JITTER,))),
+            _number(accuracy_of_most_confident(rows, method, None)),
         ]
         for method in every
         if answers_by_confidence(rows, method, None)[0].any()
@@ -196,7 +196,9 @@ def _figure(rows: Sequence[Row], sure: Sequence[str]) -> Figure:
     _plot_cells(noise, rows, colours)
     _plot_patterns(patterns, rows, colours)
     set_up_chart(reliability, "(c) reliability, all snapshots", "confidence", "accuracy")
-    set_up_chart(coverage, "(d) the surest answers, all snapshots", "share of the answers", "accuracy")
+    set_up_chart(
+        coverage, "(d) the most confident answers, all snapshots", "share of the answers", "accuracy"
+    )
     reliability.plot([0, 1], [0, 1], color="#bbbbbb", linewidth=0.8, linestyle=":")
     for method in sure:
         count, confidence, right = (_coarser(x) for x in answers_by_confidence(rows, method, None))

@@ -1,4 +1,4 @@
-"""The sweep over noise levels of section 4.1.1: Fig. 5, and what the text says of the offices."""
+"""The sweep over noise levels of section 4.1.1: Fig. 5, and the numbers for the offices in the text."""
 
 from __future__ import annotations
 

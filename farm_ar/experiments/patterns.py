@@ -1,4 +1,4 @@
-"""Ways in which a scene gets untidy, or is seen badly, beyond the paper's noise: what a method may meet."""
+"""Disorder and detection errors beyond the paper's noise, under which methods are compared."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ USUAL, CALM, SLIGHT = LayoutNoise.of(0.3, 30.0), LayoutNoise.of(0.1, 15.0), Layo
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """Snapshots of noisy layouts, and what one would have to know to identify them as well as can be.
+    """Snapshots of noisy layouts, and what a method with full knowledge of the noise would be given.
 
     Args:
         snapshots: of L layouts, each seen from P poses, L x P of them in this order.
@@ -52,7 +52,7 @@ def jitter(scene: Scene, noise: LayoutNoise, layouts: int, rng: np.random.Genera
 
 
 def few_move_far(scene: Scene, layouts: int, rng: np.random.Generator) -> Case:
-    """A fifth of the objects are put somewhere else, the rest stays where it was."""
+    """A fifth of the objects are moved far, the rest stays where it was."""
     stay = STAYING.disturb(scene.layout, scene.size, rng, (layouts,))
     far = FAR.disturb(scene.layout, scene.size, rng, (layouts,))
     moved = rng.random(far.yaw.shape) < FEW
@@ -63,7 +63,7 @@ def few_move_far(scene: Scene, layouts: int, rng: np.random.Generator) -> Case:
 
 
 def cluster_moved(scene: Scene, layouts: int, rng: np.random.Generator) -> Case:
-    """All that stands around one site, a table and its chairs, is pushed and turned together."""
+    """All objects around one site, a table and its chairs, are pushed and turned together."""
     noisy = SLIGHT.disturb(scene.layout, scene.size, rng, (layouts,))
     position, yaw = noisy.position.copy(), noisy.yaw.copy()
     for k in range(layouts):
@@ -76,7 +76,7 @@ def cluster_moved(scene: Scene, layouts: int, rng: np.random.Generator) -> Case:
 
 
 def camera_drift(scene: Scene, layouts: int, rng: np.random.Generator) -> Case:
-    """The headset's world has slipped: each snapshot is shifted and turned, the camera's pose with it."""
+    """The headset's frame has drifted: each snapshot is shifted and turned, the camera's pose with it."""
     seen = jitter(scene, CALM, layouts, rng).snapshots
     turn = rng.uniform(-DRIFT_TURN, DRIFT_TURN, len(seen))
     shift = rng.uniform(-DRIFT_M, DRIFT_M, (len(seen), 2))
@@ -87,7 +87,7 @@ def camera_drift(scene: Scene, layouts: int, rng: np.random.Generator) -> Case:
 
 
 def seen_badly(scene: Scene, layouts: int, rng: np.random.Generator) -> Case:
-    """A fifth of what is in view is missed, and as many things are seen that are not there."""
+    """A fifth of the objects in view are missed, and there are as many false detections."""
     noisy = USUAL.disturb(scene.layout, scene.size, rng, (layouts,))
     in_view = visible(noisy.with_poses(noisy.position[:, None], noisy.yaw[:, None]), path_cameras(scene))
     false_rate = SHARE_WRONG * float(in_view.sum(axis=-1).mean())
@@ -96,7 +96,7 @@ def seen_badly(scene: Scene, layouts: int, rng: np.random.Generator) -> Case:
 
 
 def two_new(scene: Scene, layouts: int, rng: np.random.Generator) -> Case:
-    """Two objects that nobody knew, like others of the scene, stand anywhere in the room."""
+    """Two new objects, of categories of the scene, anywhere in the room."""
     known = scene.layout
     noisy = USUAL.disturb(known, scene.size, rng, (layouts,))
     like = rng.integers(len(known), size=NEW_OBJECTS)

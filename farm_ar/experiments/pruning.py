@@ -39,7 +39,7 @@ from farm_ar.sweeps import Outcome, Row, SerialExecutor
 NOISE = LayoutNoise.of(0.1, 15.0)
 THRESHOLDS = tuple(round(0.05 * i, 2) for i in range(21))
 TIMED_SOLVERS = {"mip": 1, "lsap": 5}
-"""The solvers whose time is taken, and how often each snapshot is solved."""
+"""The solvers that are timed, and how often each solves a snapshot."""
 
 TIMED_SNAPSHOTS = 62
 """How many snapshots are timed: as many as the paper's path gave."""
@@ -112,7 +112,7 @@ def pruned(seed: int, scene: str, file: str | None, layouts: int, threshold: flo
 
 @lru_cache(maxsize=1)
 def _snapshots(seed: int, scene: str, file: str | None, layouts: int) -> SnapshotBatch:
-    """Those that all units of Fig. 9 have in common."""
+    """The snapshots that all units of Fig. 9 share."""
     return noisy_snapshots(named_scene(scene, file), NOISE, layouts, piece_rng(seed, 9, 0))
 
 

@@ -1,4 +1,4 @@
-"""The numbers that the paper reports (Yu et al., doi:10.1007/s10055-025-01305-y), to stand beside ours."""
+"""The numbers that the paper reports (Yu et al., doi:10.1007/s10055-025-01305-y), for comparison."""
 
 TABLE_1 = {
     "L1": {"sites": 2, "types": 1, "objects": 16, "area_m2": 25},
@@ -23,7 +23,7 @@ TABLE_2 = {
     "without rotation": (0.76, 0.27),
     "without dimension": (0.85, 0.24),
 }
-"""Mean and SD of the accuracy over one wandering of H1, T(0, 0.3), R(0, 30)."""
+"""Mean and SD of the accuracy along the path of H1 once, T(0, 0.3), R(0, 30)."""
 
 TABLE_3 = (0.214, 0.150, 0.129, 0.110, 0.109, 0.080, 0.076, 0.067, 0.065)
 """Probabilities of the sites that the camera of Fig. 6 is not in, largest first; the names are below."""
@@ -38,7 +38,7 @@ OFFICE_MEAN_AT_T05 = 0.7723
 """Mean accuracy of the offices over all rotation noises at a translation SD of 0.5 m (Fig. 5)."""
 
 FIG_9 = {0.50: 0.91, 0.75: 1.00, 1.00: 1.00}
-"""Accuracy at the thresholds of which the paper speaks."""
+"""Accuracy at the thresholds that the paper names."""
 
 FIG_9_TIME = {0.50: 0.5, 0.75: 0.8}
 """Time as a share of that without pruning, about."""
@@ -52,7 +52,7 @@ FIG_7 = {
 """Accuracies of the worked example of Fig. 7 (section 4.1.2: without a term it loses 86, 57 and 29%)."""
 
 H1_CAMERA = (2.408, 3.759, -168.5)
-"""Where the camera of Figs. 6 and 8 stands: x, z in metres, heading in degrees.
+"""The camera of Figs. 6 and 8: x, z in metres, heading in degrees.
 
 Solved from Table 3; the paper shows it as a dot only.
 """

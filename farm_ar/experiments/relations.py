@@ -1,4 +1,4 @@
-"""Things that moved together, and frames that drifted: every method on the same snapshots."""
+"""Objects that moved together, and frames that drifted: every method on the same snapshots."""
 
 from __future__ import annotations
 
@@ -146,7 +146,7 @@ def run_unit(
 
 
 def calibration_error(confidence: FloatArray, right: BoolArray, bins: int = 10) -> float:
-    """How far confidence is from accuracy, over bins of confidence; NaN where there is none."""
+    """Expected calibration error over bins of confidence; NaN without confidences."""
     if not len(confidence) or np.isnan(confidence).any():
         return float("nan")
     which = np.minimum((confidence * bins).astype(int), bins - 1)
@@ -235,7 +235,7 @@ def _figure(rows: list[Row]) -> Figure:
         axes.bar(place + offset, [_mean(rows, method, p) for p in PATTERNS], 0.25, color=colour, label=method)
     axes.set_xticks(place, list(PATTERNS))
     axes.grid(visible=False, axis="x")
-    axes.legend(frameon=False, fontsize=TEXT_SIZE, ncols=3, loc="lower left")
+    figure.legend(frameon=False, fontsize=TEXT_SIZE, ncols=3, loc="outside lower center")
     return figure
 
 
@@ -247,7 +247,7 @@ def _noisy(
 
 
 def _one_group_moved(scene: Scene, rng: np.random.Generator) -> tuple[Layout, BoolArray]:
-    """The reference layout after a group has moved within the room, and (N,) who was of it."""
+    """The reference layout after a group has moved within the room, and (N,) its members."""
     layout = scene.layout
     members = np.zeros(len(layout), dtype=bool)
     for _ in range(1000):

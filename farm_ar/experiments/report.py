@@ -1,4 +1,4 @@
-"""What an experiment leaves: rows, a picture, and the paper's numbers beside ours."""
+"""The result of an experiment: rows, a picture, and the paper's numbers beside ours."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ TITLE_SIZE, TEXT_SIZE = 9, 8
 
 @dataclass(frozen=True)
 class Comparison:
-    """One number of the paper beside ours; `spread` says how far ours varies, and over what."""
+    """One number of the paper beside ours; `spread` is the variation of ours, and over what."""
 
     what: str
     paper: str

@@ -40,7 +40,7 @@ EXPERIMENTS: dict[str, Callable[[Setting], Report]] = {
 """The experiments by name."""
 
 BEYOND_THE_PAPER = ("headroom", "relations", "sequences")
-"""What "all" leaves out: they take long, and the paper has nothing like them."""
+"""Experiments that "all" leaves out: they take long and are not in the paper."""
 
 QUICK_LAYOUTS, LAYOUTS = 5, 20
 OWN_LAYOUTS = {"headroom": (2, 24), "relations": (1, 8), "sequences": (1, 6)}
@@ -121,7 +121,7 @@ def _summary(reports: Sequence[Report], setting: Setting) -> str:
     form = ", the quick form" if setting.quick else ""
     how = f"On {origin}, seed {setting.seed}, {setting.layouts} noisy layouts per noise level{form}."
     paper = "The paper is Yu et al., doi:10.1007/s10055-025-01305-y."
-    head = ["# The paper's experiments, run again", "", how, paper, ""]
+    head = ["# The paper's experiments, reproduced", "", how, paper, ""]
     return "\n".join(head + [report.markdown() for report in reports])
 
 

@@ -69,7 +69,7 @@ def run_unit(
     methods: Mapping[str, ReidFactory] = METHODS,
     lengths: tuple[int, ...] = LENGTHS,
 ) -> list[Row]:
-    """A row for each method and length: how right the answers are to all snapshots, and to the first.
+    """A row for each method and length: the accuracy of the answers to all snapshots, and to the first.
 
     A sequence begins where something is detected and goes on along the path, past its end from its start.
 
@@ -121,7 +121,7 @@ def run_unit(
 
 
 def _score(reid: Reidentifier, sequence: list[tuple[Snapshot, Truth]]) -> tuple[float, float, float, float]:
-    """Share of right answers to all snapshots and to the first; objects told apart, and that there are."""
+    """Share of correct answers to all snapshots and to the first; objects found, and objects that exist."""
     found = track(reid, [snapshot for snapshot, _ in sequence])
     right = [
         [given == true for given, true in zip(answer.labels, truth, strict=True)]
@@ -160,7 +160,7 @@ def sequences(setting: Setting) -> Report:
         ],
         _figure(rows),
         note="Means over the six scenes and all levels of noise, exact detector. In the column of the paper "
-        "stands the paper's method, run here on the objects told apart; ours is the likelihood method.",
+        "stands the paper's method, run here on the objects found; ours is the likelihood method.",
         tables=_tables(rows),
     )
 
@@ -207,7 +207,7 @@ def _tables(rows: list[Row]) -> str:
             values = [_mean(rows, method, length, "accuracy_of_first", scene=scene) for length in LENGTHS]
             lines.append(f"| {scene} | {method} | {' | '.join(f'{value:.3f}' for value in values)} |")
     t, r = NOISE[1]
-    lines += ["", f"All answers at T {t}, R {r}, and objects told apart for each that there is:", ""]
+    lines += ["", f"All answers at T {t}, R {r}, and objects found for each that exists:", ""]
     lines += [f"| detector | method | {head} |", "|---" * (len(LENGTHS) + 2) + "|"]
     level = {"translation_sd_m": t, "rotation_sd_deg": r}
     for detector in DETECTORS:

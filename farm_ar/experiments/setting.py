@@ -1,4 +1,4 @@
-"""What an experiment is given: scenes, how many noisy layouts, where the randomness comes from."""
+"""The setting of an experiment: scenes, number of noisy layouts, source of randomness."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ SCENES = tuple(TABLE_1)
 
 @dataclass(frozen=True)
 class Setting:
-    """What an experiment is given.
+    """The setting of an experiment.
 
     Args:
         folder: of the six synthetic scenes, `L1.json` to `H2.json`; None for the built-in ones.
@@ -49,7 +49,7 @@ class Setting:
         store: where the results of finished units are kept; None keeps them in memory.
         executor: where units are run; the results do not depend on it.
         fresh: whether to forget what is in the store.
-        watch: is told how far a sweep is.
+        watch: called with the progress of each sweep.
         reids: `module:Class` of re-identifiers that are compared beside our own.
 
     Raises:
@@ -87,7 +87,7 @@ class Setting:
         return {"own": {name: code_version(name) for name in self.reids}} if self.reids else {}
 
     def rng(self, *key: int) -> np.random.Generator:
-        """The generator of one piece of work, which `key` tells apart from all others."""
+        """The generator of one piece of work, identified by `key`."""
         return piece_rng(self.seed, *key)
 
     def scene_parameters(self, name: str) -> dict[str, str | None]:
@@ -104,7 +104,7 @@ class Setting:
         parameters: Sequence[Mapping[str, Any]],
         executor: Executor | None = None,
     ) -> list[Outcome]:
-        """What a function gives for this seed and each of the parameters, in order; see `farm_ar.sweeps`.
+        """The results of a function for this seed and each of the parameters, in order; see `farm_ar.sweeps`.
 
         Raises:
             UnfinishedSweepError: some gave nothing. The others are in the store.
@@ -115,7 +115,7 @@ class Setting:
 
 
 def piece_rng(seed: int, *key: int) -> np.random.Generator:
-    """The generator of one piece of work, which `key` tells apart from all others of the same seed."""
+    """The generator of one piece of work, identified by `key` among all of the same seed."""
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
 
 

@@ -1,4 +1,4 @@
-"""Gameplay that can be watched: scripts, and the films made of them."""
+"""Scripts of the game, and films of them and of episodes."""
 
 from farm_ar.showcases.demo import film_script
 from farm_ar.showcases.film import Film, ScriptRecorder

@@ -1,4 +1,4 @@
-"""The files that a script's film is made into: a video, a GIF, key frames, and what every snapshot said."""
+"""The files of a script's film: a video, a GIF, key frames, and the identification of every snapshot."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def film_script(
         folder: where they go; made if need be.
         make_reid: makes the re-identifier for the scene as it is believed to be.
         gif: whether the GIF is wanted.
-        report: is told, time and again, what is being done and about which share of it is done, 0 to 1.
+        report: called from time to time with the current task and about which share of it is done, 0 to 1.
 
     Returns:
         What was filmed, and the files.

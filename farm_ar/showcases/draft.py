@@ -1,4 +1,4 @@
-"""A script while it is being written, line by line, as a player thinks of its moves."""
+"""A script while it is being written, line by line, as a player enters moves."""
 
 from __future__ import annotations
 

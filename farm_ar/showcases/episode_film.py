@@ -24,7 +24,7 @@ class Policy(Protocol):
 
 
 class Watched(NamedTuple):
-    """What an episode came to."""
+    """The result of an episode."""
 
     total: float
     wrong_labels: int

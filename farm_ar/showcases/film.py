@@ -1,4 +1,4 @@
-"""Playing a script, frame by frame, and what every snapshot of it said."""
+"""Recording a script, frame by frame, with the identification of every snapshot."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def drawn(scene: Scene) -> Pictures:
 
 @dataclass
 class Film:
-    """What was filmed.
+    """A recorded film.
 
     Attributes:
         title: of the script.
@@ -79,16 +79,16 @@ class Film:
 
 
 class ScriptRecorder:
-    """A script being played: its frames, one after the other, and what is noted meanwhile.
+    """Records a script: its frames, one after the other, and the tables of its snapshots and counters.
 
     Args:
         script: what happens.
         make_reid: makes the re-identifier for the scene as it is believed to be.
-        make_pictures: draws the frames; None where only what is noted is wanted.
-        report: is told, after each frame, about which share of the script has been played, 0 to 1.
+        make_pictures: draws the frames; None where only the tables are wanted.
+        report: called after each frame with the share of the script that has been played, about, 0 to 1.
 
     Attributes:
-        film: what was filmed, complete after the last frame.
+        film: the film, complete after the last frame.
     """
 
     def __init__(

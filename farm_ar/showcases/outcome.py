@@ -1,4 +1,4 @@
-"""How a script leaves things, without a film of it."""
+"""The state after a script, without a film of it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Scripts of a game, in TOML: who is where, and what the hand does on each visit."""
+"""Scripts of a game, in TOML: the scene, and the hand's moves in each visit."""
 
 from __future__ import annotations
 

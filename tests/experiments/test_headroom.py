@@ -127,9 +127,11 @@ def test_calibration_and_the_surest_answers_by_hand():
     assert report.calibration_error(some, "likelihood", None) == pytest.approx((0.5 + 0.5) / 20)
     covered, accuracy = report.risk_coverage(some, "likelihood", ("jitter",))
     assert dict(zip(covered, accuracy, strict=True))[0.5] == pytest.approx(0.9)
-    assert report.accuracy_of_surest(some, "likelihood", None) == pytest.approx(0.9 + (0.55 - 0.9) * 0.6)
+    assert report.accuracy_of_most_confident(some, "likelihood", None) == pytest.approx(
+        0.9 + (0.55 - 0.9) * 0.6
+    )
     assert np.isnan(report.calibration_error(some, "spatial-ungated", None))
-    assert np.isnan(report.accuracy_of_surest(some, "spatial-ungated", None))
+    assert np.isnan(report.accuracy_of_most_confident(some, "spatial-ungated", None))
 
 
 def test_the_worst_cell_is_the_one_with_the_least_gain_over_the_scenes():

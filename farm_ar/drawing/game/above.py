@@ -1,4 +1,4 @@
-"""The table of the game from above: what stands where, what the game believes, what the headset sees."""
+"""The table of the game from above: true poses, the game's belief, the headset's view."""
 
 from __future__ import annotations
 

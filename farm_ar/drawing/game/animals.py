@@ -8,7 +8,7 @@ from farm_ar.drawing.game.colours import INK, Colour, darker, lighter, luminance
 from farm_ar.drawing.game.shapes import Art, Part, disc, ellipse, polygon, stroke
 
 LENGTH_M = 0.045
-"""How long they are drawn: large enough to be told apart."""
+"""Their length as drawn: large enough to distinguish them."""
 
 _LARGER = 1.15
 

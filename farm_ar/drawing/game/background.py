@@ -1,4 +1,4 @@
-"""What is around a table or on the sides of a room, as a pinhole camera sees it."""
+"""The background: a table's edges and shadow, the walls of a room, as a pinhole camera sees them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Beliefs through the headset: boxes of glass where a label is believed and its object is not."""
+"""The belief overlay of the headset's view: glass boxes where a label is believed and its object is not."""
 
 from __future__ import annotations
 

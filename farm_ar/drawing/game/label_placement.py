@@ -1,4 +1,4 @@
-"""The labels' boxes: each in its label's colour, near what it names, none over another."""
+"""Label placement: a box for each label in its colour, near what it names, none over another."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is drawn over the table from above: what the headset sees, and where belief and truth differ."""
+"""Marks over the table from above: the headset's view, and where belief and truth differ."""
 
 from __future__ import annotations
 

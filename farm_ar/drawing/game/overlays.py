@@ -1,4 +1,4 @@
-"""What lies over a picture: translucent areas, dashed lines, ice."""
+"""Overlays: translucent areas, dashed lines, ice."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The table of the game from above as a small plain picture, for players that learn from pixels."""
+"""The pixel observation: the table from above as a small plain picture."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _ARC_POINTS = 12
 
 
 class PixelObservation:
-    """Draws moments of a game without words: buildings by category, headings, view, hand, believed labels.
+    """Draws states of a game without text: buildings by category, headings, view, hand, believed labels.
 
     The table fills the picture; equal moments give equal bytes.
 

@@ -1,4 +1,4 @@
-"""What stands about on a farm, from above and from the side."""
+"""Props of a farm, from above and from the side."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The life of the farm that is only drawn: animals that graze, drink and wander, and what stands about.
+"""The scenery of the farm, which is only drawn: animals that graze, drink and wander, and props.
 
 None of it is in the physics, and all of it follows from the scene and the time played: while the game is
 frozen, that time stands still and so do they.

@@ -1,4 +1,4 @@
-"""What stands still before the headset: the room, the table, its scenery and its buildings."""
+"""The static layer of the headset's view: room, table, scenery and buildings."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _TEXTURE_PX = 640
 
 
 class StaticLayer:
-    """Draws what stands still, with how far away each pixel is, and keeps the last picture.
+    """Draws the static layer with the distance of each pixel, and keeps the last picture.
 
     While neither the head nor a building moves, a picture is a copy of the one before.
 

@@ -1,4 +1,4 @@
-"""Words in pictures: as masks and sprites, made once for every text."""
+"""Text in pictures: as masks and sprites, made once for every text."""
 
 from __future__ import annotations
 

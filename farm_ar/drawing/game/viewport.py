@@ -1,4 +1,4 @@
-"""Which part of the plane a picture from above shows, and how large."""
+"""The viewport of a picture from above: which part of the plane it shows, and at which scale."""
 
 from __future__ import annotations
 
