@@ -1,6 +1,6 @@
 """Steps a second of the environments, beside Gymnasium's own in the same run.
 
-One core, state observations, through `gym.make`. What the players do is recorded beforehand, so that only the
+One core, state observations, through `gym.make`. Actions are recorded beforehand, so that only the
 environments are timed:
 
     python benchmarks/environments.py [rounds] [--write]
@@ -33,7 +33,7 @@ LONGEST = 600
 Act = Callable[[gym.Env[Any, Any]], Any]
 
 
-def random_player() -> Act:
+def random_policy() -> Act:
     """Random actions of those that make sense."""
     rng = np.random.default_rng(0)
 
@@ -83,7 +83,7 @@ class Case:
         label: what it is called.
         name: its id.
         arguments: of `gym.make`.
-        make_act: makes the player.
+        make_act: makes the policy.
         episodes: how many different ones are recorded.
         times: seconds of each episode's reset and of its steps, a list for each episode.
     """
@@ -156,28 +156,28 @@ def crowded_farm(buildings: int) -> Scene:
 
 
 def move(label: str, **arguments: Any) -> Case:
-    """A case of whole moves by a random player."""
-    return Case(label, "FarmToTable-v0", arguments, random_player, episodes=30)
+    """A case of whole moves by a random policy."""
+    return Case(label, "FarmToTable-v0", arguments, random_policy, episodes=30)
 
 
-def hand(label: str, player: Callable[[], Act], animals: int = 40, **arguments: Any) -> Case:
+def hand(label: str, policy: Callable[[], Act], animals: int = 40, **arguments: Any) -> Case:
     """A case of a steered hand."""
-    return Case(label, "FarmToTableHand-v0", many(animals) | arguments, player)
+    return Case(label, "FarmToTableHand-v0", many(animals) | arguments, policy)
 
 
 CASES = [
-    Case(YARDSTICK, YARDSTICK, {}, random_player, episodes=20),
-    Case("CartPole-v1", "CartPole-v1", {}, random_player, episodes=20),
+    Case(YARDSTICK, YARDSTICK, {}, random_policy, episodes=20),
+    Case("CartPole-v1", "CartPole-v1", {}, random_policy, episodes=20),
     move("FarmToTable-v0"),
     move("... slot, 3 visits", action="slot", visits=3),
     move("... black-box", knowledge="black-box"),
     move("... pixels", observation="pixels"),
     hand("FarmToTableHand-v0, idle, 300 animals", waiting_hand, 300),
     hand("... dragging, 300 animals", dragging_hand, 300),
-    Case("... random", "FarmToTableHand-v0", {}, random_player),
-    Case("FarmToTableLayout-v0", "FarmToTableLayout-v0", {}, random_player, episodes=20),
-    Case("SceneLayout-v0", "SceneLayout-v0", {}, random_player, episodes=20),
-    Case("... H1, 52 objects", "SceneLayout-v0", {"scene": "H1"}, random_player, episodes=10),
+    Case("... random", "FarmToTableHand-v0", {}, random_policy),
+    Case("FarmToTableLayout-v0", "FarmToTableLayout-v0", {}, random_policy, episodes=20),
+    Case("SceneLayout-v0", "SceneLayout-v0", {}, random_policy, episodes=20),
+    Case("... H1, 52 objects", "SceneLayout-v0", {"scene": "H1"}, random_policy, episodes=10),
 ]
 
 ANIMALS = (10, 100, 1000, 10_000)
@@ -280,7 +280,7 @@ PREFACE = """# Speed of the environments
 
 Made by `python benchmarks/environments.py --write` (LunarLander needs the extra `bench`), with {machine}:
 processor time on one core, state observations, through `gym.make`. Episodes were recorded beforehand and are
-played again, so that the players cost nothing; all cases take turns, and of every episode its best time
+played again, so that the policies cost nothing; all cases take turns, and of every episode its best time
 counts. The ratios carry over to other machines better than the numbers.
 
 A step of `FarmToTable-v0` is a whole pick-and-place with the hand's way there and back, and once an episode

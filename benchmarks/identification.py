@@ -235,7 +235,7 @@ def solvers_table() -> Table:
         ["solver", *(f"{n} x {m}" for n, m in SIZES)],
         list(rows.values()),
         "Median time to solve one assignment of N detections to M labels, the building of a model included; "
-        "in brackets its ratio to lp_solve's. All found the same optimum of every problem. The costs are "
+        "in parentheses its ratio to lp_solve's. All found the same optimum of every problem. The costs are "
         "those of pantry, classroom, H1 and two larger rooms as crowded as the classroom, with noise "
         "T(0, 0.3) and R(0, 30). lp_solve, CP-SAT and SCIP solve the paper's binary programme, each on one "
         f"thread. What takes more than {SECONDS:g} s was run once.",
@@ -245,19 +245,21 @@ def solvers_table() -> Table:
 def identify_table() -> Table:
     """`identify` from the snapshot to the labels, beside lp_solve alone."""
     one_category = builtin_scene("classroom")
-    rules = {
-        "default": SpatialOptions(gate_categories=False),
-        "categories must agree": SpatialOptions(),
-        "pruned, threshold 0.5": SpatialOptions(threshold=0.5, gate_categories=False),
-        "pruned, threshold 0.75, categories must agree": SpatialOptions(threshold=0.75),
-        "boxes along the world's axes": SpatialOptions(box="world", gate_categories=False),
+    variants = {
+        "categories ignored": SpatialOptions(gate_categories=False),
+        "categories kept apart (default)": SpatialOptions(),
+        "categories ignored, pruned at 0.5": SpatialOptions(threshold=0.5, gate_categories=False),
+        "categories kept apart, pruned at 0.75": SpatialOptions(threshold=0.75),
+        "categories ignored, boxes along the world's axes": SpatialOptions(
+            box="world", gate_categories=False
+        ),
     }
-    rows = {name: [name] for name in rules}
+    rows = {name: [name] for name in variants}
     notes = []
     for title, scene in (("one", one_category), ("four", of_several_categories(one_category))):
         snapshots = snapshots_of(scene, 8, 50)
         costs = [SpatialReid(scene).cost_matrix(snapshot.detections) for snapshot in snapshots]
-        reids = {name: SpatialReid(scene, options) for name, options in rules.items()}
+        reids = {name: SpatialReid(scene, options) for name, options in variants.items()}
         calls: dict[str, list[Callable[[], object]]] = {
             name: [partial(reid.identify, snapshot) for snapshot in snapshots] for name, reid in reids.items()
         }
@@ -271,14 +273,14 @@ def identify_table() -> Table:
             notes.append(
                 f"{in_units(yardstick)} ({in_units(median(alone))} of them in its `solve`) with {title}"
             )
-        for name in rules:
+        for name in variants:
             rows[name].append(with_share(measured[name].typical, yardstick))
     took = f"took {' and '.join(notes)}" if notes else "is not installed"
     return Table(
         "`SpatialReid.identify`, 8 detections and 29 labels",
-        ["rule", "one category", "four categories"],
+        ["options", "one category", "four categories"],
         list(rows.values()),
-        "Median time from the snapshot to the labels, costs included; in brackets its ratio to lp_solve's "
+        "Median time from the snapshot to the labels, costs included; in parentheses its ratio to lp_solve's "
         f"for the binary programme alone, which {took}. The goal is at most 0.1.",
     )
 

@@ -221,7 +221,7 @@ def main() -> None:
         for n, scene in ((n, rows_of_buildings(n)) for n in BUILDINGS)
     }
     width, height = GameFrames(farm).size
-    page = f"""# Speed of the pictures
+    page = f"""# Speed of rendering
 
 Made by `python benchmarks/rendering.py --write` (LunarLander needs the extra `bench`): pictures a second of
 processor time on one core, medians of rounds in one run in which the rows of a table take turns, after 150
