@@ -92,7 +92,7 @@ def test_the_terminal_shows_the_summary_and_where_the_files_are(printed_and_out)
     printed, out = printed_and_out
     for number in ("0.91 / 0.19", "S6 0.214", "0.7739", "about 0.5"):
         assert number in printed
-    assert "The paper wandered once through one noisy layout" in printed
+    assert "The paper's camera walked once through one noisy layout" in printed
     assert re.search(rf"Done in \d+ s\. Pictures, tables and summary\.md:\s+{re.escape(str(out))}/", printed)
 
 
