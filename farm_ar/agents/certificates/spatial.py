@@ -112,7 +112,7 @@ def spatial_bound(case: Case, reid: SpatialReid) -> Bound:
         largest=float(t1.min(initial=np.inf)),
         first=float(t1.min(initial=np.inf)),
         by_object=by_object,
-        theorem="T3 over cycles and paths, T5",
+        theorem="exchanges along cycles and paths, single movers",
     )
 
 
