@@ -15,6 +15,7 @@ EYE_HEIGHT_M = 0.45
 """Height of the player's eyes above the table."""
 
 RANGE_M = 3.0
+"""The paper gives no range for the game; like the farm scene's 1.5 m this is beyond the table."""
 
 FIELDS_OF_VIEW: dict[str, FieldOfView] = {
     "photo": FieldOfView.symmetric(float(np.deg2rad(64.7)), RANGE_M),

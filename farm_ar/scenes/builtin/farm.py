@@ -18,7 +18,7 @@ EYE_HEIGHT = 0.45
 """Height of the player's eyes above the table, metres."""
 
 HEADSET_VIEW = FieldOfView.symmetric(np.deg2rad(64.7), 1.5)
-"""The video camera of a HoloLens 2, 64.7 degrees wide, from which poses are read; it reaches the far edge."""
+"""The video camera of a HoloLens 2, 64.7 degrees wide; without a range in the paper, beyond the far edge."""
 
 COOP, HUTCH = Model("coop", (0.10, 0.08, 0.09)), Model("hutch", (0.09, 0.07, 0.07))
 SHED = Model("shed", (0.20, 0.14, 0.16))

@@ -25,7 +25,7 @@ PANTRY_SEED, CAFETERIA_SEED, CLASSROOM_SEED, LAB_SEED = 41, 42, 43, 44
 """Seeds of the disorder in which people leave the chairs of each room."""
 
 HEADSET_VIEW = FieldOfView.symmetric(np.deg2rad(64.7), 5.0)
-"""The headset of the real rooms: the video camera of a HoloLens 2, 64.7 degrees wide, reading to 5 m."""
+"""The video camera of a HoloLens 2, 64.7 degrees wide; the paper gives no range, 5 m is our choice."""
 
 CHAIR = Model("chair", (0.45, 0.84, 0.50))
 
