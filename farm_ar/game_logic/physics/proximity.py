@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import fabs
 
 from farm_ar.game_logic.physics import chipmunk
-from farm_ar.game_logic.physics.overlap_resolution import separation
+from farm_ar.game_logic.physics.overlap_resolution import are_near, separation
 from farm_ar.game_logic.physics.state import Body, State
 from farm_ar.geometry import rectangles
 from farm_ar.geometry.rectangles import length
@@ -77,7 +77,7 @@ def is_clear(
         if i == held:
             continue
         if held >= 0:
-            if separation(bodies, held, i)[0] <= room:
+            if are_near(bodies[held], bodies[i], room) and separation(bodies, held, i)[0] <= room:
                 return False
         elif distance(bodies[i], x, z) <= radius + room:
             return False
