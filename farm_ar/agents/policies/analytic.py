@@ -6,8 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from farm_ar.agents.policies.action_encoding import action_of, moves_left
-from farm_ar.agents.policies.base import Policy
+from farm_ar.agents.policies.base import Policy, action_of, moves_left
 from farm_ar.agents.policies.beam_search import search
 from farm_ar.agents.policies.plan_steps import SHARES, Allowance, Eye, Table, Terms
 from farm_ar.envs import FarmToTableEnv

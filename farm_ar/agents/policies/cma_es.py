@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from farm_ar.agents.packages import package
-from farm_ar.agents.policies.action_encoding import action_of, moves_left, possible
-from farm_ar.agents.policies.base import Policy
+from farm_ar.agents.policies.base import Policy, action_of, moves_left, possible
 from farm_ar.agents.policies.lookahead import effort_of, foresee, placed
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.envs import FarmToTableEnv

@@ -8,8 +8,8 @@ import pytest
 
 import farm_ar  # noqa: F401  # registers the environments
 from farm_ar.agents.policies import beam_search, plan_steps
-from farm_ar.agents.policies.action_encoding import possible
 from farm_ar.agents.policies.analytic import Step, _table, best_plan, eye_of, move_of, terms_of
+from farm_ar.agents.policies.base import possible
 from farm_ar.agents.policies.lookahead import effort_of, foresee, placed
 from farm_ar.agents.policies.plan_steps import SHARES, Allowance, Table
 from farm_ar.scenes import Camera, FieldOfView, builtin_scene, visible
