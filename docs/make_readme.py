@@ -74,7 +74,7 @@ def table(runs: Path) -> str:
             row["player"]: f"{row['return']:.2f} ± {row['standard_error']:.2f}" for row in rows["players"]
         }
         cells = [found.get(name, "–") for name in ("random", "greedy", "analytic", "trained")]
-        lines.append(f"| `{env}` | {' | '.join(cells)} |")
+        lines.append(f"| `{env}` | {' | '.join(cells)} |".replace("-0.00 ", "0.00 "))
     return "\n".join(lines)
 
 
