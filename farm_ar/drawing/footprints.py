@@ -10,7 +10,11 @@ from matplotlib.patches import Patch, Polygon
 
 from farm_ar.arrays import FloatArray
 from farm_ar.drawing.palette import INK, SMALL, UNKNOWN_FILL, Fill
+from farm_ar.drawing.tags import shortened
 from farm_ar.geometry import direction, footprint_corners
+
+MOST_NAMES = 40
+"""Categories that a legend explains."""
 
 _NOTCH = 0.2
 """Height of a heading mark as a part of the footprint's shorter side."""
@@ -116,13 +120,21 @@ def draw_legend(axes: Axes, fills: Mapping[str, Fill], shown: Collection[str | N
     names = sorted(name for name in shown if name is not None)
     if len(names) + 2 * (None in shown) < 2:
         return
-    rows = [(name, fills[name]) for name in names]
+    rows = [(name, fills[name]) for name in names[:MOST_NAMES]]
     if None in shown:
         rows.append(("not known", UNKNOWN_FILL))
     handles = [
-        Patch(facecolor=fill.color, edgecolor=fill.edge, linewidth=0.5, hatch=fill.hatch or None, label=name)
+        Patch(
+            facecolor=fill.color,
+            edgecolor=fill.edge,
+            linewidth=0.5,
+            hatch=fill.hatch or None,
+            label=shortened(name),
+        )
         for name, fill in rows
     ]
+    if len(names) > MOST_NAMES:
+        handles.append(Patch(alpha=0.0, label=f"and {len(names) - MOST_NAMES} more"))
     axes.legend(
         handles=handles,
         loc="upper left",

@@ -19,8 +19,8 @@ from farm_ar.drawing.footprints import (
     with_heading,
 )
 from farm_ar.drawing.palette import FAINT, FAINTEST, INK, RIGHT, SMALL, WRONG, category_fills
-from farm_ar.drawing.pictures import margin, widen
-from farm_ar.drawing.scenes import draw_room, object_tags
+from farm_ar.drawing.pictures import in_picture, margin, widen
+from farm_ar.drawing.scenes import MOST_LABELS, draw_room, object_tags
 from farm_ar.drawing.tags import Obstacle, Tag, add_tags
 from farm_ar.errors import SnapshotError
 from farm_ar.geometry import footprint_corners
@@ -53,7 +53,8 @@ def draw_identification(
         snapshot: the camera and its N detections.
         identification: the answer for them.
         truth: N labels that the detections really are, None for false ones; by default it is not known.
-        reference_labels: whether the reference layout is named.
+        reference_labels: whether the reference layout is named. Of more than `MOST_LABELS` labels or
+            detections none is.
         legend: whether categories are explained beside the axes, where there is more than one.
 
     Raises:
@@ -64,7 +65,8 @@ def draw_identification(
     if truth is not None:
         _check_count("truth", truth, len(seen))
     draw_room(axes, scene, cells=False)
-    corners = footprint_corners(seen.position, seen.yaw, seen.size)
+    shown = in_picture(seen.position, scene.size)
+    corners = footprint_corners(seen.position[shown], seen.yaw[shown], seen.size[shown])
     widen(axes, np.vstack([snapshot.camera.position, *corners]), margin(scene.size))
     draw_view(axes, snapshot.camera, scene.size)
     draw_outlines(axes, scene.layout.position, scene.layout.yaw, scene.layout.size, FAINTEST)
@@ -73,6 +75,8 @@ def draw_identification(
     draw_headings(axes, seen.position, seen.yaw, seen.size, with_heading(seen.category, scene.symmetry))
     tags = _verdict_tags(seen, identification.labels, truth)
     obstacles = _draw_moves(axes, scene, seen, tags, identification.labels)
+    if len(seen) > MOST_LABELS:
+        tags, obstacles = [], []
     if reference_labels:
         tags += object_tags(scene.layout, FAINT, _REFERENCE_SIZE, _GROUND)
     add_tags(axes, tags, obstacles)

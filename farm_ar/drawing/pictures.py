@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from farm_ar.arrays import FloatArray
+from farm_ar.arrays import BoolArray, FloatArray
 from farm_ar.drawing.palette import FAINT, INK, SMALL
 from farm_ar.errors import OptionError
 
@@ -28,6 +28,15 @@ _SETTINGS: dict[Any, Any] = {"svg.hashsalt": "farm-ar", "svg.fonttype": "path"}
 """Ids that do not change, and letters as outlines, which look the same where the font is missing."""
 
 _PNG_DOTS_PER_INCH = 200
+MOST_PIXELS = 30_000_000
+"""Of a PNG; what would have more is drawn with fewer dots an inch."""
+
+FARTHEST = 3.0
+"""How far from the room a stray may be and still be shown, as a multiple of its longer side."""
+
+LONGEST_SIDES = 6.0
+"""The longer side of what axes show, as a multiple of the shorter: an outlier does not stretch the page."""
+
 _MARGIN = 0.035
 
 
@@ -77,12 +86,30 @@ def widen(axes: Axes, points: FloatArray, margin_m: float) -> None:
         low, high = points.min(axis=0) - margin_m, points.max(axis=0) + margin_m
         left, right = axes.get_xlim()
         bottom, top = axes.get_ylim()
-        axes.set_xlim(min(left, low[0]), max(right, high[0]))
-        axes.set_ylim(min(bottom, low[1]), max(top, high[1]))
+        x, y = (min(left, low[0]), max(right, high[0])), (min(bottom, low[1]), max(top, high[1]))
+        axes.set_xlim(_at_least(x, (y[1] - y[0]) / LONGEST_SIDES))
+        axes.set_ylim(_at_least(y, (x[1] - x[0]) / LONGEST_SIDES))
     figure = axes.figure
     if isinstance(figure, Figure) and axes.get_position(original=True).bounds == (0, 0, 1, 1):
         width, height = np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim())
         figure.set_figheight(float(figure.get_figwidth() * height / width))
+
+
+def in_picture(position: FloatArray, room_size: tuple[float, float]) -> BoolArray:
+    """Which of (N, 2) places a picture shows: a few strays far from the room would make a speck of it.
+
+    Strays are farther from the room than three of its longer sides; where most places are, all are shown.
+    """
+    reach = FARTHEST * max(room_size)
+    away = np.maximum(-position, position - np.asarray(room_size)).max(axis=-1, initial=0.0)
+    near: BoolArray = away <= reach
+    return near if 2 * np.count_nonzero(near) >= len(near) else np.ones_like(near)
+
+
+def _at_least(limits: tuple[float, float], length: float) -> tuple[float, float]:
+    """Limits so far apart, about the same middle."""
+    more = max(0.0, length - (limits[1] - limits[0])) / 2
+    return limits[0] - more, limits[1] + more
 
 
 def save_picture(figure: Figure, path: str | os.PathLike[str]) -> None:
@@ -102,11 +129,13 @@ def save_picture(figure: Figure, path: str | os.PathLike[str]) -> None:
     if suffix not in _METADATA:
         raise OptionError("path", f"must end in {' or '.join(_METADATA)}", str(path))
     contents = io.BytesIO()
+    width, height = figure.get_size_inches()
+    dots = min(_PNG_DOTS_PER_INCH, int(np.sqrt(MOST_PIXELS / (width * height))))
     with mpl.rc_context(_SETTINGS):
         figure.savefig(
             contents,
             format=suffix[1:],
-            dpi=_PNG_DOTS_PER_INCH,
+            dpi=dots,
             bbox_inches="tight",
             pad_inches=0.06,
             metadata=_METADATA[suffix],

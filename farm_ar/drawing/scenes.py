@@ -16,11 +16,14 @@ from farm_ar.drawing.footprints import (
     with_heading,
 )
 from farm_ar.drawing.palette import FAINT, INK, SITE, SMALLEST, WALK, category_fills
-from farm_ar.drawing.pictures import margin, widen
+from farm_ar.drawing.pictures import in_picture, margin, widen
 from farm_ar.drawing.tags import Obstacle, Tag, add_tags
 from farm_ar.errors import SceneError, SnapshotError
 from farm_ar.geometry import footprint_corners, voronoi_cells
 from farm_ar.scenes import Camera, Layout, Scene
+
+MOST_LABELS = 400
+"""The largest number of labels in a picture."""
 
 _ON_TOP = 1.0
 """Level of points: above all objects, whose levels are less than 0."""
@@ -40,11 +43,12 @@ def draw_scene(
     """Draw what stands in a room and where it heads; sites, cells, camera path and field of view.
 
     Args:
-        axes: as `new_picture` or `set_up_axes` makes them. Whatever lies outside the room widens them.
+        axes: as `new_picture` or `set_up_axes` makes them. Whatever lies outside the room widens them, but
+            for what `in_picture` leaves out.
         scene: the room.
         layout: a single arrangement of its objects; the reference layout by default.
         camera: a single camera whose field of view is shown; none by default.
-        labels: whether objects are named.
+        labels: whether objects are named, where they are not more than `MOST_LABELS`.
         cells: whether sites are marked and their Voronoi cells drawn.
         path: whether the camera path is drawn, where there is one.
         legend: whether categories are explained beside the axes, where there is more than one.
@@ -63,6 +67,7 @@ def draw_scene(
         widen(axes, camera.position[None], margin(scene.size))
         draw_view(axes, camera, scene.size)
     outside = np.any((layout.position < 0) | (layout.position > scene.size), axis=1)
+    outside &= in_picture(layout.position, scene.size)
     corners = footprint_corners(layout.position[outside], layout.yaw[outside], layout.size[outside])
     widen(axes, corners.reshape(-1, 2), margin(scene.size))
     fills = category_fills((*scene.layout.categories, *layout.categories))
@@ -97,7 +102,12 @@ def draw_room(axes: Axes, scene: Scene, cells: bool = True) -> None:
 
 
 def object_tags(layout: Layout, color: str = INK, size: float = SMALLEST, ground: float = 0.0) -> list[Tag]:
-    """The labels of a single arrangement, on their objects where there is room, at levels below `ground`."""
+    """The labels of a single arrangement, on their objects where there is room, at levels below `ground`.
+
+    Of more than `MOST_LABELS` none could be read: there are none then.
+    """
+    if len(layout) > MOST_LABELS:
+        return []
     outlines = footprint_corners(layout.position, layout.yaw, layout.size)
     spots = label_spots(layout.position, layout.yaw, layout.size)
     return [

@@ -20,6 +20,9 @@ from farm_ar.arrays import FloatArray
 from farm_ar.drawing.labels import place_labels
 from farm_ar.drawing.palette import INK, SMALL
 
+MOST_LETTERS = 80
+"""Of a name in a picture."""
+
 _CLEARANCE_PT = 1.0
 _POINT_PT = 3.0
 _LINE_PT = 0.5
@@ -176,12 +179,17 @@ def add_tags(axes: Axes, tags: Sequence[Tag], obstacles: Sequence[Obstacle] = ()
     return artist
 
 
+def shortened(text: str) -> str:
+    """A text of at most `MOST_LETTERS`."""
+    return text if len(text) <= MOST_LETTERS else f"{text[: MOST_LETTERS - 1]}\N{HORIZONTAL ELLIPSIS}"
+
+
 def _text(tag: Tag) -> Text:
     frame = {"boxstyle": "square,pad=0.12", "facecolor": "white", "edgecolor": tag.color, "linewidth": 0.5}
     return Text(
         0,
         0,
-        tag.text,
+        shortened(tag.text),
         color=tag.color,
         fontsize=tag.size,
         fontweight="bold" if tag.bold else "normal",

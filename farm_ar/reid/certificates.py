@@ -50,8 +50,12 @@ def certified_radius(
         return 0.0
     rivals = np.where(np.eye(m, dtype=bool), np.inf, apart)
     radius = np.inf
+    nearest_of: dict[bytes, FloatArray] = {}  # there are few different rows: one for each category
     for i in range(n):
-        nearest = np.where(possible[i] & offered, rivals, np.inf).min(axis=1)
+        key = possible[i].tobytes()
+        if key not in nearest_of:
+            nearest_of[key] = np.where(possible[i] & offered, rivals, np.inf).min(axis=1)
+        nearest = nearest_of[key]
         proven = np.where(offered, nearest / (1 + size_factor[i]), 0.0)
         limits = np.where(possible[i], np.maximum(moved[i], proven), np.inf)
         radius = min(radius, float(limits.min()))

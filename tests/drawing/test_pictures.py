@@ -3,12 +3,14 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import cv2
 import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
 from farm_ar.drawing import draw_scene, new_picture, save_picture, set_up_axes, widen
+from farm_ar.drawing.pictures import LONGEST_SIDES, MOST_PIXELS, in_picture
 from farm_ar.errors import OptionError
 from farm_ar.scenes import builtin_scene
 
@@ -99,3 +101,29 @@ def test_drawing_never_touches_pyplot(tmp_path: Path) -> None:
         "assert 'matplotlib.pyplot' not in sys.modules\n"
     )
     subprocess.run([sys.executable, "-c", code, str(tmp_path / "room.png")], check=True)
+
+
+def test_an_outlier_stretches_no_picture() -> None:
+    figure, axes = new_picture((5.0, 5.0))
+    widen(axes, np.array([[2.0, 1600.0]]), 0.2)
+    assert figure.get_figheight() == pytest.approx(LONGEST_SIDES * figure.get_figwidth())
+    assert axes.get_ylim()[1] > 1600
+    figure, axes = new_picture((5.0, 5.0))
+    widen(axes, np.array([[-1e6, 2.0]]), 0.2)
+    assert figure.get_figheight() == pytest.approx(figure.get_figwidth() / LONGEST_SIDES)
+
+
+def test_a_few_strays_far_from_the_room_are_left_out_of_the_picture() -> None:
+    near, far = [[1.0, 1.0], [-14.0, 2.0], [2.0, 20.0]], [[2.0, 20.5], [-16.0, 0.0]]
+    assert in_picture(np.array(near + far), (4.0, 5.0)).tolist() == [True] * 3 + [False] * 2
+    assert in_picture(np.array(near[:1] + far), (4.0, 5.0)).all()  # most of all: another origin, not strays
+    assert in_picture(np.zeros((0, 2)), (4.0, 5.0)).shape == (0,)
+
+
+@pytest.mark.parametrize("height_in", [6.0, 500.0])
+def test_no_picture_has_more_pixels_than_the_most(tmp_path: Path, height_in: float) -> None:
+    figure, _ = new_picture((5.0, 5.0))
+    figure.set_figheight(height_in)
+    save_picture(figure, tmp_path / "tall.png")
+    height, width = cv2.imread(str(tmp_path / "tall.png")).shape[:2]
+    assert height * width < 1.2 * MOST_PIXELS
