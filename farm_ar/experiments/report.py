@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import math
 from collections.abc import Mapping, Sequence
@@ -16,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from farm_ar.drawing import save_picture
-from farm_ar.scenes.files import write_text
+from farm_ar.scenes.files import csv_table, write_text
 
 Value = str | int | float | None
 Row = Mapping[str, Value]
@@ -69,7 +67,7 @@ class Report:
             if rows:
                 plain = [{column: _plain(value) for column, value in row.items()} for row in rows]
                 written.append(folder / f"{self.name}{suffix}.csv")
-                write_text(written[-1], _as_csv(plain))
+                write_text(written[-1], csv_table(plain[0], plain))
                 written.append(folder / f"{self.name}{suffix}.json")
                 write_text(written[-1], json.dumps(plain, indent=1, allow_nan=False) + "\n")
         written.append(folder / f"{self.name}.svg")
@@ -111,11 +109,3 @@ def set_up_chart(axes: Axes, title: str, xlabel: str, ylabel: str) -> None:
 
 def _plain(value: Value) -> Value:
     return None if isinstance(value, float) and math.isnan(value) else value
-
-
-def _as_csv(rows: Sequence[Row]) -> str:
-    text = io.StringIO()
-    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import codecs
+import csv
+import io
 import json
 import os
 import stat
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
 import numpy as np
 
-from farm_ar.arrays import FloatArray
+from farm_ar.arrays import FloatArray, number_in
 from farm_ar.errors import InputError
 
 MOST_BYTES = 64 * 2**20
@@ -91,6 +94,24 @@ def write_text(path: str | os.PathLike[str], text: str) -> None:
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
+
+
+def csv_table(columns: Iterable[str], rows: Iterable[Mapping[str, Any]]) -> str:
+    """Rows as a CSV table, empty where a row has no value or None.
+
+    A text that a spreadsheet would take for a formula (it begins with = + - or @) gets an apostrophe before.
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    names = list(columns)
+    writer.writerow(names)
+    writer.writerows([_cell(row.get(name)) for name in names] for row in rows)
+    return text.getvalue()
+
+
+def _cell(value: Any) -> Any:
+    formula = isinstance(value, str) and value.startswith(("=", "+", "-", "@"))
+    return f"'{value}" if formula and value != "-Infinity" and number_in(value) is None else value
 
 
 def degrees(angle: float | FloatArray) -> float:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -11,8 +9,8 @@ import cv2
 
 from farm_ar.drawing.video import write_gif, write_mp4, write_png
 from farm_ar.reid import ReidFactory, SpatialReid
-from farm_ar.scenes.files import write_text
-from farm_ar.showcases.film import FPS, Film, Image, Row, ScriptRecorder
+from farm_ar.scenes.files import csv_table, write_text
+from farm_ar.showcases.film import FPS, Film, Image, ScriptRecorder
 from farm_ar.showcases.script import Script
 
 GIF_WIDTH = 640
@@ -63,7 +61,7 @@ def film_script(
         write_png(paths[-1], image)
     for table, rows in (("snapshots", film.detections), ("counters", film.counters)):
         paths.append(folder / f"{name}-{table}.csv")
-        write_text(paths[-1], _as_csv(rows))
+        write_text(paths[-1], csv_table(rows[0], rows) if rows else "")
     report(f"Filmed {name}", 1.0)
     return film, paths
 
@@ -75,12 +73,3 @@ def _with_copies(screening: ScriptRecorder, small: list[Image], wanted: bool) ->
             size = (GIF_WIDTH, round(frame.shape[0] * GIF_WIDTH / frame.shape[1]))
             small.append(cv2.resize(frame, size, interpolation=cv2.INTER_AREA))  # type: ignore[arg-type]
         yield frame
-
-
-def _as_csv(rows: list[Row]) -> str:
-    text = io.StringIO()
-    if rows:
-        writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
-    return text.getvalue()

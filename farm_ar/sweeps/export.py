@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from farm_ar.scenes.files import csv_table
 from farm_ar.sweeps.results import Results
 
 
@@ -34,11 +33,7 @@ def as_csv(results: Results, measured: bool = False) -> str:
             for row in extra
         ]
     columns = list(dict.fromkeys(name for row in rows for name in row))
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows([_cell(row.get(name)) for name in columns] for row in rows)
-    return text.getvalue()
+    return csv_table(columns, ({name: _cell(value) for name, value in row.items()} for row in rows))
 
 
 def _cell(value: Any) -> str:

@@ -20,7 +20,7 @@ from farm_ar.scenes import (
     save_scene,
     save_snapshot,
 )
-from farm_ar.scenes.files import MOST_BYTES, write_text
+from farm_ar.scenes.files import MOST_BYTES, csv_table, write_text
 
 SCENE = Scene("room", (5, 4), Layout(("a",), ("chair",), [(1, 2)], [0.5], [(1, 1, 1)]))
 SNAPSHOT = Snapshot(Camera([1, 2], 0.5), Detections(("chair",), [(1, 2)], [0.5], [(1, 1, 1)]))
@@ -189,3 +189,14 @@ def test_numbers_are_written_so_that_they_are_read_back_exactly(tmp_path):
     layout = SCENE.layout.with_poses(position, [0.0])
     save_scene(Scene("room", (5, 4), layout), tmp_path / "one.json")
     np.testing.assert_array_equal(load_scene(tmp_path / "one.json").layout.position, position)
+
+
+def test_no_text_of_a_table_is_a_formula_in_a_spreadsheet():
+    rows = [
+        {"label": "=1+1", "x": -0.5},
+        {"label": "-2", "x": None},
+        {"label": "@a,b"},
+        {"label": "a=1", "x": 1},
+    ]
+    table = "label,x\n'=1+1,-0.5\n-2,\n\"'@a,b\",\na=1,1\n"
+    assert csv_table(("label", "x"), rows) == table

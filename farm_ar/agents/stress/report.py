@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import os
 from collections.abc import Sequence
@@ -30,7 +28,7 @@ from farm_ar.agents.stress.statistics import ReidSummary, Share, broken_within, 
 from farm_ar.agents.stress.study import Study, known_case
 from farm_ar.envs.generator import scene_of
 from farm_ar.scenes import Scene
-from farm_ar.scenes.files import write_text
+from farm_ar.scenes.files import csv_table, write_text
 
 COLUMNS = (
     "case", "reid", "attack", "asked", "least", "largest", "metres", "degrees", "moved", "wrong", "query",
@@ -164,9 +162,7 @@ def _reid_as_json(one: ReidSummary) -> dict[str, Any]:
 
 def _table(study: Study) -> str:
     bounds = {(row["case"], row["reid"]): row for row in study.known}
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(COLUMNS)
+    rows = []
     for row in study.attacked:
         known, cheapest, worst = bounds[row["case"], row["reid"]], row["cheapest"] or {}, row["worst"] or {}
         certified = known["theorem"] != NO_BOUND
@@ -180,16 +176,12 @@ def _table(study: Study) -> str:
             "most_wrong_effort": worst.get("effort"),
         }
         values |= {name: cheapest.get(name) for name in COLUMNS if name in cheapest and name != "moved"}
-        writer.writerow(["" if values.get(name) is None else values[name] for name in COLUMNS])
-    return text.getvalue()
+        rows.append(values)
+    return csv_table(COLUMNS, rows)
 
 
 def _times(study: Study) -> str:
-    text = io.StringIO()
-    writer = csv.DictWriter(text, ("case", "reid", "attack", "asked", "seconds"), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(dict(row) for row in study.measured)
-    return text.getvalue()
+    return csv_table(("case", "reid", "attack", "asked", "seconds"), study.measured)
 
 
 def _plain(value: Any) -> Any:
