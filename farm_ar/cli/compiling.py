@@ -47,7 +47,7 @@ def compile_kernels(
     import os
     from concurrent.futures import ProcessPoolExecutor, as_completed
 
-    from farm_ar.cli.progress import progress
+    from farm_ar.cli.output import progress
     from farm_ar.errors import known_name
 
     names = parts or list(STEPS)

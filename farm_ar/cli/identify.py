@@ -81,15 +81,22 @@ def identify(
     Options marked (*) belong to the method spatial.
     """
     from farm_ar.cli import output, reports
-    from farm_ar.cli.inputs import read_scene, read_snapshot
-    from farm_ar.cli.rules import decided_by_category, explanation, make_rule
+    from farm_ar.cli.inputs import (
+        check_size,
+        decided_by_category,
+        explanation,
+        make_rule,
+        read_scene,
+        read_snapshot,
+    )
 
     known, seen = read_scene(scene, room), read_snapshot(snapshot, camera)
+    check_size(reid, len(known.layout), len(seen.detections))
     rule = make_rule(known, reid, threshold, weights, gate, solver, min_confidence)
-    found = rule.identify(seen)
+    found = reports.affordable(rule.identify(seen))
     why = None if explain is None else explanation(rule, seen, explain)
     if plot is not None:
-        from farm_ar.cli.pictures import picture_of_identification
+        from farm_ar.cli.reports import picture_of_identification
 
         picture_of_identification(known, seen, found, plot)
     if as_json:
@@ -101,7 +108,7 @@ def identify(
     for line in reports.summarise(known, found):
         output.print_line(line)
     if decided := decided_by_category(rule, seen, found):
-        which = f"{len(decided)} of {len(seen.detections)} detections ({', '.join(decided)})"
+        which = f"{len(decided)} of {len(seen.detections)} detections ({reports.some(decided)})"
         output.print_line(f"Categories decided the labels of {which}: with --no-gate they would be others")
     if why is not None:
         output.print_line(why)

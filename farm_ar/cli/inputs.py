@@ -1,21 +1,36 @@
-"""What the options name: scenes, snapshots and cameras, from files or built in."""
+"""What options name: scenes, snapshots, cameras and re-identifiers."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from farm_ar.arrays import number_in
 from farm_ar.errors import OptionError
+from farm_ar.reid import (
+    DistanceReid,
+    Identification,
+    LikelihoodOptions,
+    LikelihoodReid,
+    NearestReid,
+    Reidentifier,
+    SpatialOptions,
+    SpatialReid,
+    explain,
+    load_reid,
+)
+from farm_ar.reid.explanations import Explains
 from farm_ar.scenes import (
     BUILTIN,
     Camera,
     FieldOfView,
     Scene,
     Snapshot,
+    Weights,
     builtin_scene,
     load_scene,
     load_scene_csv,
@@ -153,3 +168,85 @@ def _is_csv(field: str, path: str | Path) -> bool:
     if suffix not in (".json", ".csv"):
         raise OptionError(field, "must be a .json or .csv file", str(path))
     return suffix == ".csv"
+
+
+MOST_PAIRS = {"likelihood": 1_000_000, "relational": 40_000}
+"""Labels times detections that a re-identifier is asked about; about a gigabyte."""
+
+
+def make_rule(
+    scene: Scene,
+    name: str,
+    threshold: float | None,
+    weights: str | None,
+    gate: bool | None,
+    solver: str | None,
+    min_confidence: float | None = None,
+) -> Reidentifier:
+    """A re-identifier for a scene; None leaves an option at its own default.
+
+    Raises:
+        OptionError: it is not known, or an option does not apply to it or has a wrong value.
+        SceneError: the scene has no objects, or a weight is negative.
+    """
+    make, with_it = load_reid(name, "--reid"), f"with --reid {name}"
+    if name != "likelihood":
+        refuse([("--min-confidence", min_confidence)], with_it)
+    if name not in ("spatial", "spatial-ungated"):
+        refuse({"--threshold": threshold, "--weights": weights, "--solver": solver}.items(), with_it)
+    if name not in ("spatial", "distance", "nearest"):
+        refuse([("--gate", gate)], with_it)
+    if name == "likelihood" and min_confidence is not None:
+        return LikelihoodReid(scene, LikelihoodOptions(min_confidence=min_confidence))
+    if name == "nearest" and gate is not None:
+        return NearestReid(scene, gate)
+    if name == "distance" and gate is not None:
+        return DistanceReid(scene, gate_categories=gate)
+    made = make(scene)
+    if name not in ("spatial", "spatial-ungated") or not isinstance(made, SpatialReid):
+        return made
+    default = made.options
+    options = SpatialOptions(
+        threshold=default.threshold if threshold is None else threshold,
+        weights=default.weights if weights is None else Weights(*numbers("--weights", weights, "wt,wr")),
+        gate_categories=default.gate_categories if gate is None else gate,
+        solver=default.solver if solver is None else solver,
+    )
+    return SpatialReid(scene, options)
+
+
+def check_size(name: str, labels: int, detections: int) -> None:
+    """See that a re-identifier that looks at every motion of every pair is not asked about too many.
+
+    Raises:
+        OptionError: it would take gigabytes.
+    """
+    most = MOST_PAIRS.get(name, np.inf)
+    if labels * detections > most:
+        expected = f"must be spatial, distance or nearest where labels times detections are more than {most}"
+        raise OptionError("--reid", expected, f"{name} ({labels} x {detections})")
+
+
+def decided_by_category(reid: Reidentifier, snapshot: Snapshot, found: Identification) -> list[str]:
+    """The ids of the detections that would have other labels if categories were not kept apart."""
+    if isinstance(reid, NearestReid) and reid.gate_categories:
+        ungated: Reidentifier = NearestReid(reid.scene, gate_categories=False)
+    elif isinstance(reid, SpatialReid) and reid.options.gate_categories:
+        ungated = SpatialReid(reid.scene, replace(reid.options, gate_categories=False))
+    else:
+        return []
+    others = ungated.identify(snapshot).labels
+    named = zip(snapshot.detections.ids, found.labels, others, strict=True)
+    return [name for name, label, other in named if label != other]
+
+
+def explanation(rule: Reidentifier, snapshot: Snapshot, detection: str) -> str:
+    """Why a detection, by its id, gets the label that a rule gives it.
+
+    Raises:
+        OptionError: the rule does not explain itself.
+        SnapshotError: there is no such detection.
+    """
+    if not isinstance(rule, Explains):
+        raise OptionError("--explain", "must be with --reid spatial or likelihood", detection)
+    return explain(rule, snapshot, detection).words()

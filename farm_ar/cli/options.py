@@ -1,13 +1,17 @@
-"""Options that several commands share; numbers are read strictly, within limits, and refused in one line."""
+"""What options take: numbers within limits, places for results, files that may run code."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from farm_ar.arrays import number_in, whole_in
+from farm_ar.errors import OptionError
 
 REID_HELP = (
     "spatial (the paper's), spatial-ungated, likelihood, relational, nearest, distance, last-known, "
@@ -47,3 +51,77 @@ Seed = Annotated[
     int,
     typer.Option(metavar="N", parser=whole(0, MOST_SEED), help="Seed of the random numbers."),
 ]
+
+
+@contextmanager
+def writing(option: str, path: Path) -> Iterator[None]:
+    """Make a place that cannot be written a mistake in the option that named it.
+
+    Raises:
+        OptionError: the operating system refused what was done inside.
+    """
+    try:
+        yield
+    except OSError as problem:
+        reason = problem.strerror or str(problem)
+        raise OptionError(option, f"must be a place that can be written ({reason})", str(path)) from None
+
+
+def make_folder(option: str, path: Path) -> None:
+    """Make a folder unless it exists, and see that files can be made in it, before the work begins.
+
+    Raises:
+        OptionError: they cannot.
+    """
+    with writing(option, path):
+        path.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=path).close()
+
+
+def require_trust(source: str, code: Sequence[str], trust: bool) -> None:
+    """Say what a file or folder would run; go on only if it is trusted.
+
+    Args:
+        source: the file or folder.
+        code: what it would run; nothing is said if that is nothing.
+        trust: whether `--trust` was given.
+
+    Raises:
+        OptionError: there is code, and it is not trusted.
+    """
+    from farm_ar.errors import OptionError
+
+    if not code:
+        return
+    runs = " and ".join(code)
+    if not trust:
+        expected = f"must be given to load {source}, which runs {runs}, code of whoever wrote it"
+        raise OptionError("--trust", expected, "nothing")
+    import typer
+
+    from farm_ar.cli.output import printable
+
+    typer.echo(printable(f"Loading {source} runs {runs}, code of whoever wrote it."), err=True)
+
+
+def code_of(run: str, which: str) -> list[str]:
+    """What loading a run's folder runs beside farm-ar's own code; nothing for what is no run's folder.
+
+    Args:
+        run: the folder, or the name of a policy that comes with farm-ar.
+        which: "best" or "last".
+
+    Raises:
+        RunError: its files are damaged.
+    """
+    from pathlib import Path
+
+    from farm_ar.agents.training.checkpoints import pickles_in
+    from farm_ar.agents.training.run_folder import BEST, CHECKPOINTS, RunFolder
+
+    folder = RunFolder(Path(run))
+    if not folder.exists:
+        return []
+    saved = folder.kept(BEST if which == "best" else CHECKPOINTS)[-1:]
+    pickles = [f"the pickle {name}" for path in saved for name in pickles_in(path)]
+    return [f"the module {name}" for name in folder.read().modules()] + pickles

@@ -1,15 +1,19 @@
-"""What the commands print: tables that stay readable in a terminal, in a file and in a pipe."""
+"""What commands print: tables and lines that stay readable anywhere, and how far long work is."""
 
 from __future__ import annotations
 
 import json
+import os
 import shutil
-from collections.abc import Iterable, Sequence
-from typing import Any
+import threading
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
 
-from rich import box
-from rich.console import Console
-from rich.table import Table
+import typer
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 NARROWEST, ELSEWHERE = 80, 160
 """Columns that a table is given at the least, and where there is no terminal whose width could be asked."""
@@ -17,6 +21,8 @@ NARROWEST, ELSEWHERE = 80, 160
 
 def console() -> Console:
     """A console on the standard output that prints names as they are: no markup, no emoji codes."""
+    from rich.console import Console
+
     width = shutil.get_terminal_size((ELSEWHERE, 24)).columns
     return Console(width=max(width, NARROWEST), markup=False, emoji=False, highlight=False)
 
@@ -26,6 +32,9 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]], numbers: 
 
     Text that is wider than there is room for goes on in the next line; nothing is cut off.
     """
+    from rich import box
+    from rich.table import Table
+
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
     for name in columns:
         if name in numbers:
@@ -50,3 +59,55 @@ def printable(text: str) -> str:
 def print_json(value: Any) -> None:
     """Print a value as JSON and nothing else."""
     print(json.dumps(value, indent=1, allow_nan=False))
+
+
+PATIENCE_S = 1.5
+"""What takes longer says what it does."""
+
+Report = Callable[[str, float], None]
+"""Is told what is being done, and which share of it is done, 0 to 1."""
+
+
+@contextmanager
+def progress(beginning: str) -> Iterator[Report]:
+    """A bar that grows on a terminal and is gone at the end; elsewhere one plain line at the beginning.
+
+    Args:
+        beginning: what is being done at first.
+    """
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
+    for timer in _waiting:
+        timer.cancel()
+    screen = Console(stderr=True, markup=False, emoji=False, highlight=False)
+    if not screen.is_terminal:
+        screen.print(f"{printable(beginning)} ...", soft_wrap=True)
+        yield lambda what, share: None
+        return
+    words = TextColumn("{task.description}", markup=False)
+    columns = (words, BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=screen, transient=True) as bars:
+        task = bars.add_task(printable(beginning), total=1.0)
+        yield lambda what, share: bars.update(task, description=printable(what), completed=share)
+
+
+_waiting: list[threading.Timer] = []
+
+
+@contextmanager
+def saying(what: str) -> Iterator[None]:
+    """Says in a line what is being done if it takes longer than `PATIENCE_S` and shows no bar before.
+
+    Not where the environment variable `FARM_AR_QUIET` is set. Serves as a decorator, too.
+    """
+    timer = threading.Timer(PATIENCE_S, lambda: typer.echo(f"{what} ...", err=True))
+    timer.daemon = True
+    if not os.environ.get("FARM_AR_QUIET"):
+        timer.start()
+        _waiting.append(timer)
+    try:
+        yield
+    finally:
+        timer.cancel()
+        _waiting.clear()

@@ -1,31 +1,79 @@
-"""The program `farm-ar`: its commands and what it is called."""
+"""The program `farm-ar`: its commands, what it is called, and how it ends when something goes wrong."""
 
 from __future__ import annotations
 
+import errno
 import io
 import sys
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 from farm_ar import __version__
 from farm_ar.cli.compiling import compile_kernels
-from farm_ar.cli.demo import demo
-from farm_ar.cli.design import design
-from farm_ar.cli.evaluate import evaluate
+from farm_ar.cli.experiments import app as sweeps
+from farm_ar.cli.experiments import reproduce
+from farm_ar.cli.game import demo, play, play_script, replay
 from farm_ar.cli.identify import identify
-from farm_ar.cli.mistakes import OneLineMistakes
-from farm_ar.cli.play import play
-from farm_ar.cli.play_script import play_script
-from farm_ar.cli.progress import saying
-from farm_ar.cli.replay import replay
-from farm_ar.cli.reproduce import reproduce
+from farm_ar.cli.output import saying
 from farm_ar.cli.scenes import app as scenes
 from farm_ar.cli.scenes import schema
-from farm_ar.cli.stress import stress, stress_replay
-from farm_ar.cli.sweeps import app as sweeps
-from farm_ar.cli.train import train
-from farm_ar.cli.watch import watch
+from farm_ar.cli.stress import design, stress, stress_replay
+from farm_ar.cli.training import evaluate, train, watch
+from farm_ar.errors import InputError, MissingPackageError, UnfinishedError, escaped
+
+MISTAKE, UNFINISHED, INTERRUPTED = 2, 3, 130
+"""Exit codes: the user's mistake, work of which some gave no result, and Ctrl-C."""
+
+UsageError: Any = typer.BadParameter.__bases__[0]
+"""Typer's own error about a command line; where it is defined depends on Typer's version."""
+
+
+class OneLineMistakes(TyperGroup):
+    """The program as a command that reports mistakes and interruptions in one line on the error stream."""
+
+    def make_context(self, *args: Any, **named: Any) -> Any:
+        """Read the options that stand before a command."""
+        try:
+            return super().make_context(*args, **named)
+        except UsageError as problem:
+            raise _misused(problem) from None
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command that was asked for."""
+        try:
+            result = super().invoke(ctx)
+            sys.stdout.flush()  # a reader who went away is noticed here, where Typer ends the program quietly
+            return result
+        except UsageError as problem:
+            raise _misused(problem) from None
+        except (InputError, MissingPackageError, MemoryError) as problem:
+            raise _ended(f"{type(problem).__name__}: {problem}", MISTAKE) from None
+        except UnfinishedError as problem:
+            raise _ended(f"{type(problem).__name__}: {problem}", UNFINISHED) from None
+        except OSError as problem:  # a full disk, a place that may not be written, ...
+            if problem.errno in (None, errno.EPIPE):
+                raise
+            raise _ended(f"{type(problem).__name__}: {problem}", MISTAKE) from None
+        except KeyboardInterrupt as stopped:
+            raise _ended(" ".join(["Interrupted.", *stopped.args]), INTERRUPTED) from None
+
+
+def _misused(problem: Any) -> BaseException:
+    """The end of the program for a command line that makes no sense; help where nothing was asked for."""
+    if "NoArgs" in type(problem).__name__:
+        return problem  # type: ignore[no-any-return]
+    line = problem.format_message()
+    if problem.ctx is not None:
+        line = f"{line.rstrip('.')}. Try '{problem.ctx.command_path} --help'."
+    return _ended(escaped(f"Error: {line}"), MISTAKE)
+
+
+def _ended(line: str, code: int) -> typer.Exit:
+    typer.echo("\n".join(map(escaped, line.split("\n"))), err=True)
+    return typer.Exit(code)
+
 
 app = typer.Typer(
     name="farm-ar",

@@ -1,17 +1,26 @@
-"""What is said about scenes and identifications, in words for people and in values for programs."""
+"""What is said of scenes and identifications: in words, in values for programs, and in pictures."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from farm_ar.arrays import FloatArray
-from farm_ar.reid import Certificate, Identification
-from farm_ar.scenes import BUILTIN, Scene, Snapshot, builtin_scene
+from farm_ar.cli.options import writing
+from farm_ar.drawing import draw_identification, draw_scene, new_picture, save_picture
+from farm_ar.drawing.pictures import in_picture
+from farm_ar.drawing.scenes import MOST_LABELS
+from farm_ar.reid import Assurance, Certificate, Identification
+from farm_ar.scenes import BUILTIN, Camera, Scene, Snapshot, builtin_scene
 from farm_ar.scenes.builtin import DESCRIPTIONS
+
+MOST_ASSURED = 1000
+"""Detections of which margins are worked out."""
 
 SCENE_COLUMNS = ("name", "what it is", "room", "area", "sites", "categories", "objects", "path")
 SCENE_NUMBERS = ("room", "area", "sites", "categories", "objects", "path")
@@ -48,6 +57,18 @@ def describe(scene: Scene) -> str:
     return f"{_room(scene)}, {objects}, {_count(len(scene.sites), 'site')}, {path}"
 
 
+def left_out(scene: Scene) -> Iterator[str]:
+    """What a picture of a scene does not show, a line each."""
+    layout = scene.layout
+    strays = np.flatnonzero(~in_picture(layout.position, scene.size))
+    if len(strays):
+        places = zip(layout.labels, layout.position.tolist(), strict=True)
+        named = [f"{label} ({x:g}, {z:g})" for label, (x, z) in places]
+        yield f"Note: too far away for the picture: {some([named[i] for i in strays])}"
+    if len(layout) > MOST_LABELS:
+        yield f"Note: {len(layout)} labels are too many for the picture, which names none"
+
+
 def detection_rows(snapshot: Snapshot, found: Identification) -> Iterator[tuple[str, ...]]:
     """A row of `DETECTION_COLUMNS` for each detection."""
     seen = snapshot.detections
@@ -66,6 +87,14 @@ def detection_rows(snapshot: Snapshot, found: Identification) -> Iterator[tuple[
             _known(found.margin[i], ".4f"),
             found.runner_up[i] or "none",
         )
+
+
+def affordable(found: Identification) -> Identification:
+    """The same, of very many detections without what takes the cube of their number: margins, certificate."""
+    if len(found.labels) <= MOST_ASSURED or not callable(found.assurance):
+        return found
+    warning = f"margins and certificate are not worked out of more than {MOST_ASSURED} detections"
+    return replace(found, assurance=Assurance(warnings=(warning,)))
 
 
 def summarise(scene: Scene, found: Identification) -> Iterator[str]:
@@ -132,6 +161,42 @@ def _room(scene: Scene) -> str:
     return f"{width:g}x{depth:g} m"
 
 
+def some(names: list[str], most: int = 20) -> str:
+    """Names with commas between them, the first of many."""
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(names[:most]) + more
+
+
 def _count(number: int, noun: str) -> str:
     plural = f"{noun[:-1]}ies" if noun.endswith("y") else f"{noun}s"
     return f"{number} {noun if number == 1 else plural}"
+
+
+def picture_of_scene(scene: Scene, camera: Camera | None, path: Path) -> None:
+    """Draw a scene, and a camera in it if there is one.
+
+    Raises:
+        OptionError: the file cannot be written.
+    """
+    figure, axes = new_picture(scene.size)
+    draw_scene(axes, scene, camera=camera)
+    with writing("--out", path):
+        save_picture(figure, path)
+
+
+def picture_of_identification(
+    scene: Scene,
+    snapshot: Snapshot,
+    found: Identification,
+    path: Path,
+    truth: Sequence[str | None] | None = None,
+) -> None:
+    """Draw which detection is which label, and which it really is where that is known.
+
+    Raises:
+        OptionError: the file cannot be written.
+    """
+    figure, axes = new_picture(scene.size)
+    draw_identification(axes, scene, snapshot, found, truth)
+    with writing("--plot", path):
+        save_picture(figure, path)

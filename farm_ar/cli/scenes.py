@@ -67,12 +67,13 @@ def show(
         viewer = camera_pose(need("--camera", camera, "with --snapshot, as x,z,yaw_deg"), what.fov)
         print_json(snapshot_to_dict(observe(what.layout, viewer)[0]))
     else:
-        from farm_ar.cli.pictures import picture_of_scene
-        from farm_ar.cli.reports import describe
+        from farm_ar.cli.reports import describe, left_out, picture_of_scene
 
         path = out or Path(f"{Path(scene).stem}.svg")
         picture_of_scene(what, None if camera is None else camera_pose(camera, what.fov), path)
         print_line(f"{what.name}: {describe(what)}")
+        for line in left_out(what):
+            print_line(line)
         print_line(f"Wrote {path}")
 
 
@@ -84,7 +85,7 @@ def validate(
     """Check a scene file, and report what is wrong with it."""
     from farm_ar.cli.inputs import read_scene_file
     from farm_ar.cli.output import print_line
-    from farm_ar.cli.reports import describe
+    from farm_ar.cli.reports import describe, some
 
     scene = read_scene_file(file, room)
     print_line(f"{file}: a valid scene: {describe(scene)}")
@@ -92,7 +93,7 @@ def validate(
     places = zip(scene.layout.labels, scene.layout.position.tolist(), strict=True)
     away = [label for label, (x, z) in places if not (0 <= x <= width and 0 <= z <= depth)]
     if away:
-        print_line(f"Note: outside the room [0, w] x [0, d] stand {', '.join(away)}")
+        print_line(f"Note: outside the room [0, w] x [0, d] stand {some(away)}")
 
 
 KINDS = {

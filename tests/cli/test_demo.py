@@ -3,8 +3,8 @@
 import pytest
 from typer.testing import CliRunner
 
+from farm_ar.cli.output import progress
 from farm_ar.cli.program import app
-from farm_ar.cli.progress import progress
 
 SCRIPT = """
 title = "One push"

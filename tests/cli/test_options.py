@@ -8,8 +8,8 @@ import pytest
 import typer
 
 from farm_ar.cli import app
+from farm_ar.cli.experiments import app as sweeps
 from farm_ar.cli.scenes import app as scenes
-from farm_ar.cli.sweeps import app as sweeps
 
 COMMANDS = {
     command.name or command.callback.__name__: command.callback

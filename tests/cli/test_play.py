@@ -80,7 +80,7 @@ def test_a_game_without_a_move_ends_at_once(play, tmp_path):
 
 
 def test_on_a_terminal_it_asks_for_each_line(play, monkeypatch):
-    monkeypatch.setattr("farm_ar.cli.play._at_a_terminal", lambda: True)
+    monkeypatch.setattr("farm_ar.cli.game._at_a_terminal", lambda: True)
     assert "visit 1> " in play(["end"]).output
 
 

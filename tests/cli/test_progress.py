@@ -4,13 +4,13 @@ import time
 
 import pytest
 
-from farm_ar.cli import progress
-from farm_ar.cli.progress import saying
+from farm_ar.cli import output
+from farm_ar.cli.output import saying
 
 
 @pytest.fixture(autouse=True)
 def patience(monkeypatch):
-    monkeypatch.setattr(progress, "PATIENCE_S", 0.05)
+    monkeypatch.setattr(output, "PATIENCE_S", 0.05)
     monkeypatch.delenv("FARM_AR_QUIET")
 
 
@@ -28,7 +28,7 @@ def test_what_takes_long_says_what_it_does(capsys):
 
 
 def test_what_shows_its_progress_does_not_say_it_twice(capsys):
-    with saying("Working"), progress.progress("Filming"):
+    with saying("Working"), output.progress("Filming"):
         time.sleep(0.2)
     assert capsys.readouterr() == ("", "Filming ...\n")
 

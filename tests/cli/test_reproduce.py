@@ -5,7 +5,7 @@ import pytest
 from rich.console import Console
 
 import farm_ar.experiments
-from farm_ar.cli.reproduce import EXPERIMENTS
+from farm_ar.cli.experiments import EXPERIMENTS
 
 
 @pytest.fixture

@@ -7,6 +7,7 @@ from typing import Any
 import jsonschema
 import numpy as np
 import pytest
+from hypothesis import settings
 
 from farm_ar.agents.stress.failures import REPORT
 from farm_ar.cli.scenes import KINDS
@@ -18,7 +19,7 @@ from farm_ar.scenes.json_files import SCENE, SNAPSHOT
 from farm_ar.showcases.script import SCRIPT
 
 DECLARED = {"scene": SCENE, "snapshot": SNAPSHOT, "trace": TRACE, "script": SCRIPT, "failures": REPORT}
-MUTANTS = 1000
+MUTANTS = 10 * settings().max_examples
 
 BESIDE_OTHERS = (
     *("must not repeat an earlier", "must not stand where an earlier", "must be a category of the objects"),

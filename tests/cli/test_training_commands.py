@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from farm_ar.cli.train import arguments
+from farm_ar.cli.training import arguments
 from farm_ar.errors import OptionError
 
 pytest.importorskip("stable_baselines3", reason="pip install '.[train]'")

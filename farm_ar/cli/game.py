@@ -1,10 +1,11 @@
-"""`farm-ar play`: the game by hand, in the terminal."""
+"""`farm-ar demo`, `play`, `play-script` and `replay`: the Farm-to-Table game and episodes of it."""
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -13,7 +14,50 @@ from farm_ar.cli.options import REID_HELP, Seed
 if TYPE_CHECKING:
     from farm_ar.game_logic.render_state import RenderState
     from farm_ar.reid import ReidFactory
+    from farm_ar.showcases import Film
     from farm_ar.showcases.draft import Draft
+
+
+def demo(
+    scripts: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[SCRIPT]...", help="TOML files, or names of those that come with farm-ar."),
+    ] = None,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Where the films go.")] = Path("out"),
+    gif: Annotated[bool, typer.Option("--gif/--no-gif", help="Whether to make GIFs too.")] = True,
+    reid: Annotated[str, typer.Option(metavar="NAME", help=REID_HELP)] = "spatial",
+) -> None:
+    """Play scripts of the Farm-to-Table game and film them.
+
+    By default the two gameplay demonstrations of the paper. Each becomes a video, a GIF, key frames and two
+    tables: the identification of each snapshot, and the counters.
+    """
+    from farm_ar.cli.options import make_folder
+    from farm_ar.cli.output import print_line, progress
+    from farm_ar.reid import load_reid
+    from farm_ar.showcases import builtin_scripts, film_script, load_script
+
+    names, make_reid = _file_names(scripts or list(builtin_scripts())), load_reid(reid)
+    make_folder("--out", out)
+    loaded = {name: load_script(script) for name, script in names.items()}
+    for name, script in loaded.items():
+        with progress(f"Filming {name}") as report:
+            film, paths = film_script(script, name, out, make_reid, gif, report)
+        print_line("")
+        print_film(film)
+        print_line(f"Wrote {paths[0]} and {len(paths) - 1} more files beside it")
+
+
+def _file_names(scripts: list[str]) -> dict[str, str]:
+    """The scripts by the name that the files of each get."""
+    from farm_ar.errors import OptionError
+
+    names = {Path(script).stem: script for script in scripts}
+    if len(names) < len(scripts):
+        expected = "must have file names that differ before the ending, for their films are named after them"
+        raise OptionError("scripts", expected, scripts)
+    return names
+
 
 HELP = """\
 The hand's moves, one a line; metres from the table's near left corner, degrees clockwise:
@@ -46,8 +90,8 @@ def play(
     the identification of its one snapshot, and draws a picture. Can you make it take one building for
     another?
     """
+    from farm_ar.cli.options import make_folder, writing
     from farm_ar.cli.output import print_line
-    from farm_ar.cli.places import make_folder, writing
     from farm_ar.reid import load_reid
     from farm_ar.showcases.draft import Draft
 
@@ -119,8 +163,7 @@ def _show(draft: Draft, make_reid: ReidFactory, out: Path) -> RenderState:
     """Play what has been written so far, from the beginning, and tell and draw how things stand."""
     import numpy as np
 
-    from farm_ar.cli.output import print_line, print_table
-    from farm_ar.cli.progress import saying
+    from farm_ar.cli.output import print_line, print_table, saying
     from farm_ar.drawing.game.frames import GameFrames
     from farm_ar.drawing.video import write_png
     from farm_ar.showcases.outcome import outcome
@@ -174,3 +217,86 @@ def _print_end(draft: Draft, make_reid: ReidFactory) -> None:
     print_line("Counters at the end: " + ", ".join(row["label"] for row in final))
     astray = sum(row["misplaced"] + row["stranded"] for row in final)
     print_line(f"Animals that did not get into the building of their colour: {astray}")
+
+
+def play_script(
+    file: Annotated[
+        str, typer.Argument(metavar="FILE", help="A TOML file, or the name of one that comes with farm-ar.")
+    ],
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print title, snapshots and counters as JSON, and nothing else.")
+    ] = False,
+    reid: Annotated[str, typer.Option(metavar="NAME", help=REID_HELP)] = "spatial",
+) -> None:
+    """Play a script of the Farm-to-Table game without filming it.
+
+    Prints what `farm-ar demo` does: what every snapshot said, and the counters.
+    """
+    from farm_ar.cli.output import print_json
+    from farm_ar.reid import load_reid
+    from farm_ar.showcases import ScriptRecorder, load_script
+
+    film = ScriptRecorder(load_script(file), load_reid(reid), make_pictures=None).play()
+    if as_json:
+        print_json({"title": film.title, "snapshots": film.detections, "counters": film.counters})
+    else:
+        print_film(film)
+
+
+def print_film(film: Film) -> None:
+    """Print the identification of every snapshot of a game, and its counters at the end."""
+    from farm_ar.cli.output import print_line, print_table
+
+    print_line(film.title)
+    if film.detections:
+        rows = [["none" if v is None else str(v) for v in row.values()] for row in film.detections]
+        print_table(list(film.detections[0]), rows, numbers=("x", "z", "yaw_deg", "cost"))
+    print_line(f"Right: {film.right} of {len(film.detections)} detections")
+    final = [row for row in film.counters if row["after"] == "end"]
+    print_line("Counters at the end: " + ", ".join(row["label"] for row in final))
+    astray = sum(row["misplaced"] + row["stranded"] for row in final)
+    print_line(f"Animals that did not get into the building of their colour: {astray}")
+
+
+DIFFERENT = 1
+"""Exit code where the episode does not play again as it was."""
+
+
+def replay(
+    trace: Annotated[
+        Path, typer.Argument(metavar="TRACE", help="A JSON file that an environment's trace() returned.")
+    ],
+) -> None:
+    """Replay a trace of an environment, and compare the states.
+
+    The exit code is 0 where the episode is bit-exact, 1 where it differs.
+    """
+    from gymnasium.error import InvalidAction, ResetNeeded
+
+    from farm_ar.cli.output import print_line
+    from farm_ar.envs import TraceError, first_difference, load_trace
+
+    episode = load_trace(trace)
+    steps = len(episode["actions"])
+    _check_arguments(episode, trace.name)
+    try:
+        difference = first_difference(episode)
+    except (InvalidAction, ResetNeeded) as problem:
+        expected = "must be actions of an episode with these arguments"
+        raise TraceError("actions", expected, str(problem), trace.name) from None
+    if difference is not None:
+        print_line(f"differs from step {difference} on (of {steps})")
+        raise typer.Exit(DIFFERENT)
+    print_line(f"{steps} {'step' if steps == 1 else 'steps'}, bit-exact")
+
+
+def _check_arguments(trace: Mapping[str, Any], source: str) -> None:
+    """See that the episode's arguments are an environment's, and raise a `TraceError` if not."""
+    import inspect
+
+    from farm_ar.envs import FarmToTableEnv, TraceError
+
+    known = inspect.signature(FarmToTableEnv).parameters
+    for name in trace["arguments"]:
+        if name not in known:
+            raise TraceError("arguments", f"must be among {', '.join(known)}", name, source)

@@ -1,0 +1,279 @@
+"""`farm-ar train`, `evaluate` and `watch`: policies that learn, what they score, and what they do."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from farm_ar.cli.options import Seed, whole
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from farm_ar.agents.training.evaluation import Comparison
+
+GOING_ON = ("run", "resume", "steps", "progress", "trust")
+"""The options that a run that goes on may be given; the others are its own already."""
+
+
+def train(
+    context: typer.Context,
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of the run, as in runs/first.")],
+    algo: Annotated[
+        str, typer.Option(metavar="NAME", help="maskable-ppo, ppo, or sac for continuous actions.")
+    ] = "maskable-ppo",
+    env: Annotated[str, typer.Option(metavar="ID", help="The environment.")] = "FarmToTable-v0",
+    arg: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=VALUE", help="An argument of the environment, as in jitter=easy."),
+    ] = None,
+    steps: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            parser=whole(1),
+            help="Steps in all, rounded up to whole rollouts; the recipe's, or the run's, by default.",
+        ),
+    ] = None,
+    imitate: Annotated[
+        int | None,
+        typer.Option(metavar="N", parser=whole(0), help="Imitate a planner in the first N of them."),
+    ] = None,
+    rehearse: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N", parser=whole(0), help="Then N steps of PPO in the surrogate environment; 0 for none."
+        ),
+    ] = None,
+    seed: Annotated[
+        int, typer.Option(metavar="N", parser=whole(0, 2**32 - 1), help="Seed of everything.")
+    ] = 0,
+    recipe: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="YAML of hyperparameters, keyed by environment id.")
+    ] = None,
+    eval_every: Annotated[
+        int, typer.Option(metavar="N", parser=whole(1), help="Steps between evaluations.")
+    ] = 10_000,
+    eval_episodes: Annotated[int, typer.Option(metavar="N", parser=whole(1), help="Episodes of each.")] = 50,
+    threads: Annotated[int, typer.Option(metavar="N", parser=whole(1), help="Threads of the network.")] = 1,
+    processes: Annotated[
+        bool, typer.Option("--processes", help="A process for each environment, in place of one for all.")
+    ] = False,
+    resume: Annotated[
+        bool,
+        typer.Option(
+            "--resume", help="Go on with the run in the folder, with its own options but for --steps."
+        ),
+    ] = False,
+    trust: Annotated[
+        bool,
+        typer.Option("--trust", help="Run code that the folder names or holds (modules, pickles)."),
+    ] = False,
+    progress: Annotated[
+        bool, typer.Option("--progress/--no-progress", help="Whether to show a bar, or lines.")
+    ] = True,
+) -> None:
+    """Train a policy for an environment with Stable-Baselines3.
+
+    With --arg sign=-1 it is a helper. The folder holds the model, its checkpoints, the learning curve (also
+    for TensorBoard), and all that is needed to repeat the run. A run that was killed goes on with --resume.
+    """
+    import shlex
+
+    from farm_ar.agents.packages import need_training
+    from farm_ar.cli.options import code_of, make_folder, require_trust
+    from farm_ar.cli.output import print_line
+    from farm_ar.errors import OptionError, known_name
+
+    known_name("--algo", algo, ("maskable-ppo", "ppo", "sac"))
+    need_training()
+    from farm_ar.agents.training.recipes import load_recipe
+    from farm_ar.agents.training.run_folder import BEST, Run, RunFolder
+    from farm_ar.agents.training.training import check
+    from farm_ar.agents.training.training import train as learn
+
+    if resume and not (run / "run.json").exists():
+        raise OptionError("--resume", "must have a run to go on with in the folder", str(run))
+    if resume:
+        refuse_others(context)
+        require_trust(str(run), code_of(str(run), "last"), trust)
+    given = load_recipe(algo, env, recipe).with_arguments(arguments(arg or []), steps, imitate, rehearse)
+    asked = Run(algo, env, seed, given, threads, processes, eval_every, eval_episodes)
+    if not resume:
+        check(asked)  # before a folder is made
+    make_folder("RUN", run)
+    try:
+        model = learn(asked, run, resume, progress, steps, trust)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(f"Go on with: farm-ar train {shlex.quote(str(run))} --resume") from None
+    which = "" if RunFolder(run).kept(BEST) else " --which last"
+    print_line(f"{model.num_timesteps} steps are done. Look at it: farm-ar watch {run}{which}")
+
+
+def refuse_others(context: typer.Context) -> None:
+    """See that nothing is asked of a run that goes on which it would not heed.
+
+    Raises:
+        OptionError: an option is given that the run has already.
+    """
+    from farm_ar.errors import OptionError
+
+    for name, value in context.params.items():
+        source = context.get_parameter_source(name)
+        if name not in GOING_ON and source is not None and source.name == "COMMANDLINE":
+            expected = "must be left out with --resume, as the run's own counts"
+            raise OptionError(f"--{name.replace('_', '-')}", expected, value)
+
+
+def arguments(given: list[str]) -> dict[str, Any]:
+    """The environment's arguments, their values read as JSON where they are JSON.
+
+    Raises:
+        OptionError: there is no = in one.
+    """
+    import json
+
+    from farm_ar.errors import OptionError
+
+    values: dict[str, Any] = {}
+    for text in given:
+        name, sign, value = text.partition("=")
+        if not sign:
+            raise OptionError("--arg", "must be NAME=VALUE", text)
+        try:
+            values[name] = json.loads(value)
+        except ValueError:
+            values[name] = value
+    return values
+
+
+def evaluate(
+    runs: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="RUN...",
+            help="Folders of runs that differ in the seed, or a policy that comes with farm-ar.",
+        ),
+    ],
+    episodes: Annotated[int, typer.Option(metavar="N", parser=whole(2), help="Held-out episodes.")] = 100,
+    beside: Annotated[
+        str,
+        typer.Option(
+            metavar="NAMES",
+            help="Other policies, with commas between: constant, greedy, analytic, cma, and those that come "
+            "with farm-ar. Random is always there.",
+        ),
+    ] = "analytic,greedy",
+    which: Annotated[str, typer.Option(metavar="NAME", help="best (by the evaluations) or last.")] = "best",
+    arg: Annotated[
+        list[str] | None, typer.Option(metavar="NAME=VALUE", help="Another argument of the environment.")
+    ] = None,
+    seed: Seed = 0,
+    trust: Annotated[
+        bool,
+        typer.Option("--trust", help="Run code that the folder names or holds (modules, pickles)."),
+    ] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")] = False,
+) -> None:
+    """Play held-out episodes with trained policies and with others.
+
+    The score is 0 for a random policy and 1 for the best that any of the policies here found in each episode;
+    of several runs it is the interquartile mean, with a 95% bootstrap interval.
+    """
+    from farm_ar.agents.packages import need_training
+
+    need_training()
+    from farm_ar.agents.training.evaluation import compare
+    from farm_ar.cli.options import code_of, require_trust
+    from farm_ar.cli.output import print_json, print_line, print_table
+
+    names = [name.strip() for name in beside.split(",") if name.strip()]
+    for run in runs:
+        require_trust(run, code_of(run, which), trust)
+    found = compare(runs, names, episodes, which, arguments(arg or []), seed, trust)
+    if as_json:
+        print_json(_as_json(found))
+        return
+    columns = ("policy", "return", "wrong labels", "effort", "score")
+    print_table(columns, [_cells(row) for row in found.rows()], numbers=columns[1:])
+    print_line(f"{episodes} held-out episodes; the best found: {found.best.mean():.2f}")
+
+
+def _cells(row: Mapping[str, Any]) -> list[str]:
+    return [
+        str(row["player"]),
+        f"{row['return']:.2f} ± {row['standard_error']:.2f}",
+        f"{row['wrong_labels']:.2f}",
+        f"{row['effort']:.2f}",
+        str(row["score"]),
+    ]
+
+
+def _as_json(found: Comparison) -> dict[str, Any]:
+    rows = [
+        {**row, "score": [row["score"].value, row["score"].low, row["score"].high]} for row in found.rows()
+    ]
+    return {"episodes": len(found.best), "best": float(found.best.mean()), "players": rows}
+
+
+def watch(
+    run: Annotated[
+        str,
+        typer.Argument(metavar="RUN", help="Folder of a run, or a policy that comes with farm-ar."),
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="The film, .mp4 or .gif; RUN/watch.mp4, or out/RUN.mp4, by default."
+        ),
+    ] = None,
+    episodes: Annotated[int, typer.Option(metavar="N", parser=whole(1), help="How many.")] = 2,
+    seed: Annotated[
+        int, typer.Option(metavar="N", parser=whole(0, 2**31), help="Of the first; the others follow.")
+    ] = 0,
+    which: Annotated[str, typer.Option(metavar="NAME", help="best (by the evaluations) or last.")] = "best",
+    arg: Annotated[
+        list[str] | None, typer.Option(metavar="NAME=VALUE", help="Another argument of the environment.")
+    ] = None,
+    trust: Annotated[
+        bool,
+        typer.Option("--trust", help="Run code that the folder names or holds (modules, pickles)."),
+    ] = False,
+) -> None:
+    """Film a trained policy: its moves, the headset's belief after them, and where the animals run."""
+    from farm_ar.agents.packages import need_training
+
+    need_training()
+    from farm_ar.agents.policies.trained import policy_and_env, shipped
+    from farm_ar.cli.options import code_of, make_folder, require_trust, writing
+    from farm_ar.cli.output import print_line
+    from farm_ar.drawing.video import write_gif, write_mp4
+    from farm_ar.errors import OptionError
+    from farm_ar.showcases.episode_film import film_episode
+    from farm_ar.showcases.film import FPS, Image
+
+    path = out or (Path("out") / f"{run}.mp4" if run in shipped() else Path(run) / "watch.mp4")
+    if path.suffix not in (".mp4", ".gif"):
+        raise OptionError("--out", "must end in .mp4 or .gif", str(path))
+    # Films show what training leaves out.
+    shown = {"play_seconds": 3.0, "animals_a_second": 10.0}
+    require_trust(run, code_of(run, which), trust)
+    policy, env = policy_and_env(run, which, {**shown, **arguments(arg or [])}, trust)
+    make_folder("--out", path.parent)
+    told: list[str] = []
+
+    def film() -> Iterator[Image]:
+        for k in range(episodes):
+            total, wrong = yield from film_episode(env, policy, seed + k, f"episode {k + 1}")
+            told.append(f"Episode {k + 1}: return {total:.2f}, wrong labels {wrong}")
+
+    with writing("--out", path):
+        if path.suffix == ".gif":
+            write_gif(path, [f for n, f in enumerate(film()) if n % 5 == 0], FPS / 5, 640)
+        else:
+            write_mp4(path, film(), FPS)
+    for line in (*told, f"Wrote {path}"):
+        print_line(line)
