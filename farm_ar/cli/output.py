@@ -75,11 +75,11 @@ def progress(beginning: str) -> Iterator[Report]:
     Args:
         beginning: what is being done at first.
     """
+    for timer in _waiting:
+        timer.cancel()
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
-    for timer in _waiting:
-        timer.cancel()
     screen = Console(stderr=True, markup=False, emoji=False, highlight=False)
     if not screen.is_terminal:
         screen.print(f"{printable(beginning)} ...", soft_wrap=True)
