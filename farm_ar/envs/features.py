@@ -80,6 +80,33 @@ def part_shapes(layout: Layout) -> dict[str, tuple[int, ...]]:
     return {name: sizes.get(name, (m,)) for name in Parts._fields}
 
 
+@compiled
+def parts_of(numbers: Float32Array, m: int, kinds: int, widest: int) -> Parts:
+    """Views of all parts, (L,) one after the other, of M objects of some kinds, `widest` of one at most."""
+    heading, category, in_view = 2 * m, 4 * m, 4 * m + kinds * m
+    fixed, camera = in_view + m, in_view + 2 * m
+    budget, position = camera + 4, camera + 8
+    believed_heading, difference = position + 2 * m, position + 4 * m
+    cost = difference + 3 * m
+    margin = cost + widest * m
+    hand = margin + m
+    return Parts(
+        numbers[:heading].reshape(m, 2),
+        numbers[heading:category].reshape(m, 2),
+        numbers[category:in_view].reshape(m, kinds),
+        numbers[in_view:fixed],
+        numbers[fixed:camera],
+        numbers[camera:budget],
+        numbers[budget:position],
+        numbers[position:believed_heading].reshape(m, 2),
+        numbers[believed_heading:difference].reshape(m, 2),
+        numbers[difference:cost].reshape(m, 3),
+        numbers[cost:margin].reshape(m, widest),
+        numbers[margin:hand],
+        numbers[hand:],
+    )
+
+
 class Believed(NamedTuple):
     """Where labels are believed to be: (M, 2) metres and (M,) radians."""
 
@@ -95,6 +122,7 @@ class Rule(NamedTuple):
         depth: of the room, metres.
         translation: cost of a metre.
         rotation: cost of the sine of half a turn.
+        kinds: how many kinds of objects there are.
         dimension: (M, M) what the sizes of objects and labels cost (Eq. 6), by which the rest is multiplied.
         elevation: (M,) how high objects are, metres.
     """
@@ -103,6 +131,7 @@ class Rule(NamedTuple):
     depth: float
     translation: float
     rotation: float
+    kinds: int
     dimension: FloatArray
     elevation: FloatArray
 
@@ -140,16 +169,17 @@ class Features:
     def __init__(self, scene: Scene) -> None:
         layout, weights = scene.layout, scene.cost_weights
         shapes = part_shapes(layout)
-        ends = np.cumsum([int(np.prod(shape)) for shape in shapes.values()]).tolist()
-        self.numbers: Float32Array = np.zeros(ends[-1], dtype=np.float32)
-        flat = np.split(self.numbers, ends[:-1])
-        self.parts = Parts(*(part.reshape(shape) for part, shape in zip(flat, shapes.values(), strict=True)))
+        length = sum(int(np.prod(shape)) for shape in shapes.values())
+        m, kinds, widest = len(layout), len(layout.categories), shapes["cost"][1]
+        self.numbers: Float32Array = np.zeros(length, dtype=np.float32)
+        self.parts = parts_of(self.numbers, m, kinds, widest)
         self.least_margin, self.ambiguity = 1.0, 0.0
-        self._objects, m = Objects.unmet(layout), len(layout)
+        self._objects = Objects.unmet(layout)
         self._rule = Rule(
             *scene.size,
             weights.translation / scene.diagonal,
             weights.rotation,
+            kinds,
             dimension_cost(layout.size, layout.size),
             layout.elevation.copy(),
         )
@@ -180,7 +210,7 @@ class Features:
             self._objects,
             self._rule,
             self._found,
-            self.parts,
+            self.numbers,
         )
         self._seen_of = world, changes, believed, camera
 
@@ -199,7 +229,7 @@ def read_table(
     objects: Objects,
     rule: Rule,
     found: Found,
-    parts: Parts,
+    numbers: Float32Array,
 ) -> tuple[float, float]:
     """Fill in what there is to say of the table.
 
@@ -210,12 +240,14 @@ def read_table(
         objects: as they are met.
         rule: what costs are made of.
         found: last time; brought up to date.
-        parts: filled, but for `budget` and `hand`.
+        numbers: all parts, flat; filled, but for `budget` and `hand`. (Each array that is passed takes a
+            quarter of a microsecond; so the parts are told apart in here.)
 
     Returns:
         `least_margin` and `ambiguity` of `Features`.
     """
-    kinds = parts.category.shape[1]
+    parts = parts_of(numbers, len(objects.number), rule.kinds, objects.rivals.shape[1])
+    kinds = rule.kinds
     anew = np.zeros(kinds, dtype=np.bool_)
     parts.category[:] = 0.0
     for k in range(len(objects.number)):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from farm_ar.envs import FarmToTableEnv
+from farm_ar.envs.actions import SlotAction, VelocityAction
 from farm_ar.geometry import bearing, wrap
 from farm_ar.scenes import Camera, FieldOfView
 
@@ -188,3 +189,34 @@ def test_lengths_grow_with_the_diagonal_of_the_scene():
     env.step(action)
     metres = 0.5 * 0.15 * env.view.scene.diagonal / np.hypot(1.2, 0.8)
     np.testing.assert_allclose(env.world.truth.position[index] - before, metres * toward)
+
+
+@pytest.mark.parametrize(("away", "taken"), [(0.059, True), (0.061, False)])
+def test_a_continuous_pick_reaches_six_centimetres(away, taken):
+    env = begun(action="continuous")
+    view = env.view
+    seen = [i for i in view.movable if view.in_view[i]]
+    index = min(seen, key=lambda i: view.truth.position[i, 1])  # nobody is nearer to the player
+    pick = 2 * (view.truth.position[index] - [0, away]) / view.size - 1
+    moves = env.control.action.decode(np.array([*pick, 0.1, 0.1, 0.0]), view)
+    assert (moves is not None) == taken
+
+
+def test_a_hand_is_closed_by_what_is_positive_only():
+    closed = [VelocityAction().decode([0.0, 0.0, 0.0, grip])[3] for grip in (-1.0, 0.0, 1e-9)]
+    assert closed == [False, False, True]
+
+
+def test_slots_beyond_the_labels_of_a_kind_begin_anew():
+    env = FarmToTableEnv(scene="M2", control="layout", game=False)
+    env.reset(seed=0)
+    view, code = env.view, env.world.truth.category_code
+    counts = np.bincount(code[view.movable])
+    assert counts.min() < counts.max()
+    action = SlotAction(len(view.movable), int(counts.max()), 1.0)
+    number = int(np.flatnonzero(code[view.movable] == counts.argmin())[0])
+    for slot in range(counts.min(), counts.max()):
+        (move,) = action.decode([number, slot, 1], view)
+        (same,) = action.decode([number, slot % counts.min(), 1], view)
+        np.testing.assert_array_equal(move.displacement, same.displacement)
+        assert move.turn == same.turn
