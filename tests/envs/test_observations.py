@@ -199,3 +199,25 @@ def test_pixels_of_a_black_box_do_not_depend_on_what_is_believed():
     np.testing.assert_array_equal(before, after)
     before, after = looks("white-box")
     assert (before != after).any()
+
+
+def test_the_last_observation_has_what_is_believed_after_the_last_snapshot():
+    env, before, order = moved_env()
+    assert np.abs(before["difference"]).max() > 0.05
+    changes = env.world.changes
+    after, _, over, _, _ = env.step(LEAVE)
+    assert (over, env.world.changes) == (True, changes)
+    places = after["believed_position"].reshape(-1, 2)
+    np.testing.assert_allclose((places + 1) / 2 * [1.2, 0.8], env.world.believed.position[order], atol=1e-6)
+    assert np.abs(after["believed_position"] - before["believed_position"]).max() > 0.05
+
+
+def test_a_camera_that_is_set_is_observed_at_once():
+    env = FarmToTableEnv()
+    env.reset(seed=0)
+    away = Camera(np.array([0.6, -0.3]), np.array(np.pi), env.world.camera.fov)
+    assert env.observe()["in_view"].any()
+    env.world.camera = away
+    seen = env.observe()
+    np.testing.assert_allclose(seen["camera"], [0, -1.75, 0, -1], atol=1e-6)
+    assert not seen["in_view"].any()
