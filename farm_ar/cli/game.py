@@ -90,13 +90,15 @@ def play(
     the identification of its one snapshot, and draws a picture. Can you make it take one building for
     another?
     """
-    from farm_ar.cli.options import make_folder, writing
+    from farm_ar.cli.options import check_file, make_folder, writing
     from farm_ar.cli.output import print_line
     from farm_ar.reid import load_reid
     from farm_ar.showcases.draft import Draft
 
     draft, make_reid = Draft(scene, gaze, seed), load_reid(reid)
     make_folder("--out", out)
+    if save is not None:
+        check_file("--save", save)
     _print_help()
     moment = _show(draft, make_reid, out)
     _take_lines(draft, make_reid, moment, out)

@@ -78,6 +78,17 @@ def make_folder(option: str, path: Path) -> None:
         tempfile.TemporaryFile(dir=path).close()
 
 
+def check_file(option: str, path: Path) -> None:
+    """See that a file can be written under a name, before the work begins.
+
+    Raises:
+        OptionError: it cannot.
+    """
+    if path.is_dir():
+        raise OptionError(option, "must be a file, not a folder", str(path))
+    make_folder(option, path.parent)
+
+
 def require_trust(source: str, code: Sequence[str], trust: bool) -> None:
     """Say what a file or folder would run; go on only if it is trusted.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import subprocess
 import tempfile
@@ -40,7 +41,7 @@ def write_mp4(path: str | os.PathLike[str], frames: Frames, fps: float) -> None:
     Raises:
         OptionError: there is no frame, a frame is no such picture or of another size, or `fps` is not
             positive.
-        RuntimeError: ffmpeg fails; with what it says.
+        OSError: ffmpeg fails, as on a full disk; with what it says.
     """
     import imageio_ffmpeg
 
@@ -154,7 +155,8 @@ def _encode(command: list[str], frames: Iterable[Image]) -> None:
             with contextlib.suppress(BrokenPipeError):
                 process.stdin.close()
         if process.wait():
-            raise RuntimeError(f"ffmpeg failed: {_tail(messages)}")
+            said = _tail(messages).replace("\n", " ") or f"it ended with code {process.returncode}"
+            raise OSError(errno.EIO, f"ffmpeg failed: {said}")
 
 
 def _tail(messages: IO[bytes]) -> str:

@@ -88,3 +88,9 @@ def test_a_scene_without_a_shed_is_one_line_and_exit_code_2(play):
     result = play([], "--scene", "L1", "--gaze", "sweep")
     assert result.exit_code == 2
     assert "scene: must be" in result.output
+
+
+def test_a_game_that_could_not_be_saved_does_not_begin(play, tmp_path):
+    result = play(["end"], "--save", tmp_path)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr == f"OptionError: --save: must be a file, not a folder, got '{tmp_path}'\n"

@@ -1,4 +1,5 @@
 import subprocess
+import sys
 from pathlib import Path
 
 import cv2
@@ -168,7 +169,7 @@ def test_a_gif_has_at_most_as_many_colours_as_are_asked_for(tmp_path: Path):
 
 def test_what_ffmpeg_says_is_passed_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr("farm_ar.drawing.video._FILTER", "nosuchfilter")
-    with pytest.raises(RuntimeError, match=r"ffmpeg failed: .*nosuchfilter"):
+    with pytest.raises(OSError, match=r"ffmpeg failed: .*nosuchfilter"):
         write_mp4(tmp_path / "film.mp4", film(), 10)
     assert list(tmp_path.iterdir()) == []
 
@@ -180,4 +181,26 @@ def test_a_film_that_breaks_off_leaves_nothing_behind(tmp_path: Path):
 
     with pytest.raises(KeyboardInterrupt):
         write_mp4(tmp_path / "film.mp4", frames(), 10)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["film.mp4", "film.gif", "one.png"])
+def test_a_full_disk_is_an_error_of_the_system_and_leaves_nothing(tmp_path: Path, name: str):
+    program = (
+        "import resource, sys, numpy as np\n"
+        "from farm_ar.drawing.video import write_gif, write_mp4, write_png\n"
+        "frames = np.random.default_rng(0).integers(256, size=(30, 120, 160, 3), dtype=np.uint8)\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))\n"
+        "try:\n"
+        "    if sys.argv[1].endswith('.png'):\n"
+        "        write_png(sys.argv[1], frames[0])\n"
+        "    else:\n"
+        "        (write_mp4 if sys.argv[1].endswith('4') else write_gif)(sys.argv[1], frames, 30)\n"
+        "except OSError as problem:\n"
+        "    print('refused', problem)\n"
+    )
+    result = subprocess.run(
+        [sys.executable, "-c", program, name], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+    assert result.stdout.startswith("refused")
     assert list(tmp_path.iterdir()) == []
