@@ -66,7 +66,9 @@ def compiled(
     """
     if function is None:
         return functools.partial(compiled, error_model=error_model, inline=inline)
-    kernel: Any = numba.njit(nogil=True, error_model=error_model, inline=inline)(function)
+    # A wrapper for callers in C, whom there are none, would be a tenth of the compiling.
+    options: dict[str, Any] = {"nogil": True, "no_cfunc_wrapper": True, "error_model": error_model}
+    kernel: Any = numba.njit(inline=inline, **options)(function)
     with contextlib.suppress(RuntimeError):  # Numba's word for: nowhere to keep it
         kernel._cache = _Cache(function)
     return kernel  # type: ignore[no-any-return]
@@ -288,13 +290,13 @@ PATIENCE_S = 0.5
 """Compiling that takes no longer is not worth a line."""
 
 COMPILED = {
-    "agents": ("planning and attacks", 20),
+    "agents": ("planning and attacks", 30),
     "drawing": ("drawing", 10),
     "envs": ("the environment", 15),
     "experiments": ("the experiments", 5),
-    "game_logic": ("the game", 15),
+    "game_logic": ("the game", 25),
     "geometry": ("geometry", 5),
-    "reid": ("identification", 30),
+    "reid": ("identification", 40),
 }
 """What each package's kernels are for, and the seconds of processor that compiling them takes."""
 
