@@ -40,6 +40,7 @@ DETECTORS = (
     Detector(),
     Detector(occlusion=True, position_sd=0.02, yaw_sd=0.1, size_sd=0.05, miss_rate=0.1),
     Detector(false_rate=2.0, unknown_rate=0.3),
+    Detector(false_rate=20.0),
 )
 SPATIAL: dict[str, dict[str, Any]] = {
     "threshold": {"threshold": 0.6},
@@ -77,7 +78,7 @@ def scenes() -> dict[str, Callable[[], Scene]]:
 
 @cache
 def snapshots(name: str) -> tuple[Snapshot, ...]:
-    """Nine snapshots of a scene: three detectors under three amounts of disorder."""
+    """Twelve snapshots of a scene: four detectors under three amounts of disorder."""
     scene = scenes()[name]()
     rng = np.random.default_rng(7)
     share = float(np.hypot(*scene.size))

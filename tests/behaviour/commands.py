@@ -159,7 +159,7 @@ def _run(line: tuple[str, ...], folder: Path) -> dict[str, Any]:
         values["error"] = [re.sub(r"/[\w/.-]*/", "", text.replace(str(folder), "")) for text in named]
     elif result.exit_code == 2:
         values["error"] = re.findall(r"'(-*[\w-]+)'", result.stderr)[:1]
-    elif result.stdout[:1] in "[{" and result.stdout:
+    elif result.stdout[:1] in "[{" and result.stdout and "schema" not in line:
         values |= {f"output {key}": value for key, value in _flat(json.loads(result.stdout)).items()}
     elif result.stdout.count(",") > 3 and "export" in line:
         values |= {f"output {key}": value for key, value in _table(result.stdout).items()}

@@ -48,6 +48,12 @@ OPTIONS: tuple[dict[str, Any], ...] = (
     {"reset": {"layout": "nonsense"}},
     {"reset": {"nonsense": 1}},
 )
+INFO = (("accuracy",), ("wrong_labels",), ("paper_margin", "margin"), ("effort",), ("miscounts",), ("phase",))
+"""What is kept of the infos, by its names, the present one first."""
+
+PHASES = {"play": 0, "hand": 1}
+"""What the phase was when it was a word."""
+
 SEEDS = {"FarmToTableHand-v0": 2, "FarmToTable-v0": 5}
 STEPS, HAND_STEPS, EVERY = 16, 55, 6
 """Steps of an episode at most; of one of the hand, of which every sixth observation is kept."""
@@ -104,8 +110,7 @@ def _play(env: gym.Env[Any, Any], seed: int, hand: bool, reset: Any) -> dict[str
             observations.append(seen)
         if env.render_mode is not None and (over or steps == 1):
             pictures.append(_digest(env.render()))
-    rows = {f"info {name}": [info.get(name) for info in infos] for name in infos[0]}
-    values = {name: _numbers(row) for name, row in rows.items()}
+    values = {f"info {names[0]}": _numbers([_first(info, names) for info in infos]) for names in INFO}
     if isinstance(observations[0], dict):
         values |= {f"seen {name}": np.array([o[name] for o in observations]) for name in observations[0]}
     else:
@@ -132,6 +137,11 @@ def _allowed(sizes: np.ndarray, mask: np.ndarray, rng: np.random.Generator) -> n
     """A choice in each dimension that the mask allows."""
     parts = np.split(mask, np.cumsum(sizes)[:-1])
     return np.array([rng.choice(np.flatnonzero(part)) for part in parts])
+
+
+def _first(info: dict[str, Any], names: tuple[str, ...]) -> Any:
+    value = next((info[name] for name in names if name in info), "none")
+    return PHASES.get(value, value) if isinstance(value, str) else value
 
 
 def _numbers(values: list[Any]) -> Any:

@@ -47,6 +47,7 @@ from farm_ar.sweeps import ProcessExecutor, Store, Sweep, grid, make_executor, r
 
 UNIT = "farm_ar.agents.stress.units:known_case"
 ONE = {"scene": ["farm"], "case": [0], "jitter": ["none"]}
+SCRIPT = 'title = "x"\nscene = "nowhere"\ngaze = "S1"\nseed = 1\n[[visits]]\nplay_s = 1.0\n'
 ROW = "id,category,x,z,yaw_deg,w,h,d\na,chair,1,one,0,1,1,1\n"
 VIEW = FieldOfView(0.5, 0.5, 3.0)
 SCENE_EDITS: dict[str, Any] = {
@@ -176,7 +177,7 @@ def _calls() -> dict[str, Callable[[], Any]]:
         "csv columns": lambda: _file("s.csv", "id,x\na,1\n", lambda p: load_scene_csv(p, (3.0, 3.0))),
         "csv number": lambda: _file("s.csv", ROW, lambda p: load_scene_csv(p, (3.0, 3.0))),
         "trace fields": lambda: _file("t.json", '{"version": "0"}', load_trace),
-        "script": lambda: _file("s.toml", 'title = "x"\nscene = "nowhere"', load_script),
+        "script": lambda: _file("s.toml", SCRIPT, load_script),
         "script toml": lambda: _file("s.toml", "title = ", load_script),
     }  # fmt: skip
     scene, snapshot = scene_to_dict(builtin_scene("L1")), snapshot_to_dict(_seen())
