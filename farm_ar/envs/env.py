@@ -376,8 +376,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         Raises:
             gymnasium.error.ResetNeeded: there has been no episode yet.
         """
-        left = [*self.world.state(), np.array(self._left())]
-        return state_digest(left, self.np_random)
+        return state_digest(self.world.state(), self._left(), self.np_random)
 
     def __getstate__(self) -> dict[str, Any]:
         return {

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from farm_ar import __version__
-from farm_ar.arrays import ANGLE, FINITE, POSITION, RANGE, FloatArray, Limits
+from farm_ar.arrays import ANGLE, FINITE, POSITION, RANGE, Limits
 from farm_ar.errors import InputError, OptionError
 from farm_ar.scenes import Camera, Layout
 from farm_ar.scenes.documents import (
@@ -218,11 +218,38 @@ def replay(trace: Mapping[str, Json], env: FarmToTableEnv | None = None) -> str:
     return env.state_hash()
 
 
-def state_digest(state: Iterable[FloatArray], rng: np.random.Generator) -> str:
-    """A digest of arrays and of the state of a generator."""
+GAME_STATE = (
+    *("position", "yaw", "believed_position", "believed_yaw", "holder"),
+    *("counted", "misplaced", "stranded", "animal_goal", "animal_curve"),
+    *("camera_position", "camera_yaw", "camera_pitch", "camera_height", "ticks", "gripped"),
+    *("time", "animal_speed", "animals", "next_arrival", "seconds_between", "animals_sent", "astray"),
+    *("hand_in_view", "ticks_away", "ticks_pending", "foreseen", "hand"),
+)
+PLAIN_STATE = (
+    *("position", "yaw", "camera_position", "camera_yaw"),
+    *("believed_position", "believed_yaw", "holder"),
+)
+WHOLE_NUMBERS = ("ticks", "gripped")
+"""What a state hash digests, in this order: names of a world's `state`, with the game and without it, each as
+float64 or, of these, as int64; then the shares left of metres, radians, moves or time, and visits; then the
+generator's state. Traces hold such hashes, so the order stays as it is, whatever becomes of the records that
+the values come from; a value that is new comes last, and makes all hashes others.
+"""
+
+
+def state_digest(state: Mapping[str, Any], left: Sequence[float], rng: np.random.Generator) -> str:
+    """A digest of all that may change in an episode.
+
+    Args:
+        state: a world's; its names are those of `GAME_STATE` or of `PLAIN_STATE`.
+        left: shares left of metres, radians, moves or time, and visits.
+        rng: where the randomness comes from.
+    """
     digest = hashlib.sha256()
-    for values in state:
-        digest.update(np.ascontiguousarray(values).tobytes())
+    for name in GAME_STATE if "ticks" in state else PLAIN_STATE:
+        dtype = np.int64 if name in WHOLE_NUMBERS else np.float64
+        digest.update(np.ascontiguousarray(state[name], dtype=dtype).tobytes())
+    digest.update(np.array(left, dtype=np.float64).tobytes())
     digest.update(repr(rng.bit_generator.state).encode())
     return digest.hexdigest()
 

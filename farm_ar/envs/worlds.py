@@ -72,8 +72,8 @@ class World(Protocol):
         """All there is to see now."""
         ...
 
-    def state(self) -> list[FloatArray]:
-        """All that may change, as arrays."""
+    def state(self) -> dict[str, FloatArray | float]:
+        """All that may change, by name."""
         ...
 
 
@@ -144,10 +144,10 @@ class PlainScene:
             caption=caption,
         )
 
-    def state(self) -> list[FloatArray]:
-        """All that may change, as arrays."""
-        poses = [self._position, self._yaw, self.camera.position, self.camera.yaw]
-        return [*poses, *self.tracker.belief.state()]
+    def state(self) -> dict[str, FloatArray | float]:
+        """All that may change, by name."""
+        camera = {"camera_position": self.camera.position, "camera_yaw": self.camera.yaw}
+        return {"position": self._position, "yaw": self._yaw, **camera, **self.tracker.belief.state()}
 
 
 def new_world(

@@ -57,9 +57,10 @@ class Belief:
         """How many labels are wrong."""
         return self._wrong_labels
 
-    def state(self) -> list[FloatArray]:
-        """All that may change, as arrays."""
-        return [self._layout.position, self._layout.yaw, self._holder.astype(np.float64)]
+    def state(self) -> dict[str, FloatArray | float]:
+        """All that may change, by name."""
+        believed = {"believed_position": self._layout.position, "believed_yaw": self._layout.yaw}
+        return {**believed, "holder": self._holder.astype(np.float64)}
 
     def read(
         self, labels: Sequence[str | None], detections: Detections, source: Sequence[int] | IntArray

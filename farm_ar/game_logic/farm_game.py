@@ -168,24 +168,41 @@ class FarmGame:
             caption=caption,
         )
 
-    def state(self) -> list[FloatArray]:
-        """All that may change, as arrays."""
+    def state(self) -> dict[str, FloatArray | float]:
+        """All that may change, by name."""
         hand, camera = self.tabletop.hand, self.camera
-        counters = [self.counters.counted, self.counters.misplaced, self.counters.stranded]
-        held = -1 if hand is None or hand.gripped is None else hand.gripped
+        clock, visit = self.flock.herd.clocks[0], self._visits[0]
+        position, yaw = self.tabletop.poses()
+        counters = self.counters
         arm = [] if hand is None else [*hand.position, hand.yaw, *hand.velocity, hand.raised]
-        return [
-            *self.tabletop.poses(),
-            *self.tracker.belief.state(),
-            *(values.astype(np.float64) for values in (*counters, self.flock.goal)),
-            self.flock.curve,
-            camera.position,
-            np.array([camera.yaw, camera.pitch, 0.0 if camera.height is None else camera.height]),
-            np.array([self.tabletop.ticks, held]),
-            np.array(self.flock.herd.clocks.item(), dtype=np.float64),
-            np.array(self._visits.item()[:4], dtype=np.float64),
-            np.array(arm, dtype=np.float64),
-        ]
+        return {
+            "position": position,
+            "yaw": yaw,
+            **self.tracker.belief.state(),
+            "counted": counters.counted.astype(np.float64),
+            "misplaced": counters.misplaced.astype(np.float64),
+            "stranded": counters.stranded.astype(np.float64),
+            "animal_goal": self.flock.goal.astype(np.float64),
+            "animal_curve": self.flock.curve,
+            "camera_position": camera.position,
+            "camera_yaw": camera.yaw,
+            "camera_pitch": camera.pitch,
+            "camera_height": 0.0 if camera.height is None else camera.height,
+            "ticks": self.tabletop.ticks,
+            "gripped": -1 if hand is None or hand.gripped is None else hand.gripped,
+            "time": float(clock["now"]),
+            "animal_speed": float(clock["speed"]),
+            "animals": float(clock["running"]),
+            "next_arrival": float(clock["next"]),
+            "seconds_between": float(clock["period"]),
+            "animals_sent": float(clock["sent"]),
+            "astray": float(clock["astray"]),
+            "hand_in_view": float(visit["visited"]),
+            "ticks_away": float(visit["away"]),
+            "ticks_pending": float(visit["pending"]),
+            "foreseen": float(visit["known"]),
+            "hand": np.array(arm, dtype=np.float64),
+        }
 
     def rearrange(self, layout: Layout) -> None:
         """Have everything stand elsewhere at once, unseen and untouched; beliefs stay as they are.

@@ -92,7 +92,7 @@ def steered() -> list[np.ndarray]:
     while game.steer(0.0, -1.4, 0.0, False, 6)[2] is None:
         pass
     game.play(1.0)
-    return game.state()
+    return [*game.state().values()]
 
 
 def test_so_is_a_game_with_a_steered_hand():
@@ -190,7 +190,7 @@ def test_a_hand_that_rests_goes_by_as_if_every_tick_of_it_were_played(monkeypatc
         for vz in (0.0, 0.9, 0.0, -0.9, 0.0):
             for _ in range(8):
                 game.steer(0.1 * vz, vz, 0.0, False, 6)
-        return game.state()
+        return [*game.state().values()]
 
     quick = play()
     monkeypatch.setattr(phases, "steer", getattr(phases.steer, "py_func", phases.steer))

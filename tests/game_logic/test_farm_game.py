@@ -205,7 +205,7 @@ def test_the_same_seed_plays_the_same_game():
         carry(game, "magenta-hutch", (0.3, 0.3), 0.4)
         game.end_visit()
         game.play(2.0)
-        return [np.asarray(values).tobytes() for values in game.state()]
+        return [np.asarray(values).tobytes() for values in game.state().values()]
 
     assert played() == played()
 
