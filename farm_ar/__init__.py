@@ -6,6 +6,8 @@ Importing this package registers its environments with Gymnasium; so does
 
 from gymnasium.envs.registration import register
 
+from farm_ar.moved import find_moved
+
 __version__ = "0.1.0"
 
 _ENVIRONMENTS: dict[str, dict[str, str | bool | float | None]] = {
@@ -17,3 +19,5 @@ _ENVIRONMENTS: dict[str, dict[str, str | bool | float | None]] = {
 
 for _name, _arguments in _ENVIRONMENTS.items():
     register(_name, entry_point="farm_ar.envs:make_farm_to_table", kwargs=_arguments)
+
+find_moved()

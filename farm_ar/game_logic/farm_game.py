@@ -171,7 +171,7 @@ class FarmGame:
     def state(self) -> dict[str, FloatArray | float]:
         """All that may change, by name."""
         hand, camera = self.tabletop.hand, self.camera
-        clock, visit = self.flock.herd.clocks[0], self._visits[0]
+        clock, visit = self.flock.herd.clocks, self._visits
         position, yaw = self.tabletop.poses()
         counters = self.counters
         arm = [] if hand is None else [*hand.position, hand.yaw, *hand.velocity, hand.raised]
@@ -190,17 +190,17 @@ class FarmGame:
             "camera_height": 0.0 if camera.height is None else camera.height,
             "ticks": self.tabletop.ticks,
             "gripped": -1 if hand is None or hand.gripped is None else hand.gripped,
-            "time": float(clock["now"]),
-            "animal_speed": float(clock["speed"]),
-            "animals": float(clock["running"]),
-            "next_arrival": float(clock["next"]),
-            "seconds_between": float(clock["period"]),
-            "animals_sent": float(clock["sent"]),
-            "astray": float(clock["astray"]),
-            "hand_in_view": float(visit["visited"]),
-            "ticks_away": float(visit["away"]),
-            "ticks_pending": float(visit["pending"]),
-            "foreseen": float(visit["known"]),
+            "time": float(clock["now"].item()),
+            "animal_speed": float(clock["speed"].item()),
+            "animals": float(clock["running"].item()),
+            "next_arrival": float(clock["next"].item()),
+            "seconds_between": float(clock["period"].item()),
+            "animals_sent": float(clock["sent"].item()),
+            "astray": float(clock["astray"].item()),
+            "hand_in_view": float(visit["visited"].item()),
+            "ticks_away": float(visit["away"].item()),
+            "ticks_pending": float(visit["pending"].item()),
+            "foreseen": float(visit["known"].item()),
             "hand": np.array(arm, dtype=np.float64),
         }
 

@@ -10,12 +10,15 @@ from pathlib import Path
 from typing import Any
 
 from farm_ar.errors import OptionError
+from farm_ar.moved import FORMER
 
 FORM = "must be a function at the top of a module that can be imported"
 
 
 def function_name(function: Callable[..., Any] | str) -> str:
     """The name `module:function` under which a function can be found in any process.
+
+    One of a module that has moved keeps its first name, so that results in stores still count.
 
     Raises:
         OptionError: it cannot, being nested, a method, a lambda or typed in by hand.
@@ -28,7 +31,8 @@ def function_name(function: Callable[..., Any] | str) -> str:
             module = _importable(module)
         name = f"{module}:{getattr(function, '__qualname__', type(function).__qualname__ + '()')}"
     load_function(name)
-    return name
+    module, _, attribute = name.partition(":")
+    return f"{FORMER.get(module, module)}:{attribute}"
 
 
 @lru_cache(maxsize=256)
