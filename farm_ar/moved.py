@@ -14,6 +14,10 @@ from importlib.machinery import ModuleSpec
 from types import ModuleType
 
 MOVED = {
+    "farm_ar.agents.stress.units": "farm_ar.agents.stress.study",
+    "farm_ar.agents.training.algorithms": "farm_ar.agents.training.recipes",
+    "farm_ar.agents.training.imitating": "farm_ar.agents.training.imitation",
+    "farm_ar.agents.training.muon_adam": "farm_ar.agents.training.object_policy",
     "farm_ar.envs.farm_to_table": "farm_ar.envs.env",
 }
 """The module of today by each former name under which files may know it."""

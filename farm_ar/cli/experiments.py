@@ -99,7 +99,7 @@ def status(
 
     from farm_ar.cli.output import print_json, print_line, print_table
     from farm_ar.sweeps import Store
-    from farm_ar.sweeps.status import COLUMNS, summarise
+    from farm_ar.sweeps.results import COLUMNS, summarise
 
     with Store(store, create=False) as opened:
         results = [opened.results(name) for name in opened.sweeps()]
@@ -135,7 +135,7 @@ def export(
     from farm_ar.cli.output import print_line
     from farm_ar.scenes.files import write_text
     from farm_ar.sweeps import Store
-    from farm_ar.sweeps.export import as_csv
+    from farm_ar.sweeps.results import as_csv
 
     with Store(store, create=False) as opened:
         results = opened.results(_only_sweep(opened) if sweep is None else sweep)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import os
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ from matplotlib.ticker import MaxNLocator
 from farm_ar.arrays import BoolArray, FloatArray
 from farm_ar.drawing.palette import FAINT, INK, SMALL
 from farm_ar.errors import OptionError
+from farm_ar.scenes.files import whole_file
 
 _METADATA: dict[str, dict[str, str | None]] = {
     ".svg": {"Date": None, "Creator": None},
@@ -140,18 +140,5 @@ def save_picture(figure: Figure, path: str | os.PathLike[str]) -> None:
             pad_inches=0.06,
             metadata=_METADATA[suffix],
         )
-    _write_whole(target, contents.getvalue())
-
-
-def _write_whole(target: Path, contents: bytes) -> None:
-    """Write a file under a temporary name beside its own, then rename it."""
-    target.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(contents)
-        Path(temporary).chmod(0o644)
-        Path(temporary).replace(target)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    with whole_file(target) as temporary:
+        temporary.write_bytes(contents.getvalue())

@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from farm_ar.drawing.game.colours import Image
 from farm_ar.errors import OptionError
+from farm_ar.scenes.files import whole_file
 
 _FILTER = "pad=ceil(iw/2)*2:ceil(ih/2)*2"
 _QUALITY = 20  # x264's constant rate factor: lower is better and larger
@@ -71,7 +72,7 @@ def write_mp4(path: str | os.PathLike[str], frames: Frames, fps: float) -> None:
         "+bitexact",
     ]
     command = [imageio_ffmpeg.get_ffmpeg_exe(), "-y", "-loglevel", "error", *source, "-an", *codec, *exact]
-    with _whole(Path(path), ".mp4") as temporary:
+    with whole_file(Path(path), ".mp4") as temporary:
         _encode([*command, "-f", "mp4", str(temporary)], chain([first], rest))
 
 
@@ -111,7 +112,7 @@ def write_gif(
     images = [Pillow.fromarray(frame).quantize(palette=palette, dither=Pillow.Dither.NONE) for frame in small]
     ends = np.rint(100 * np.arange(len(images) + 1) / fps).astype(int)
     durations = (10 * np.diff(ends)).tolist()
-    with _whole(Path(path), ".gif") as temporary:
+    with whole_file(Path(path), ".gif") as temporary:
         images[0].save(
             temporary, "GIF", save_all=True, append_images=images[1:], duration=durations, loop=0, disposal=1
         )
@@ -130,7 +131,7 @@ def write_png(path: str | os.PathLike[str], image: Image) -> None:
     _check_frame(image, None)
     done, contents = cv2.imencode(".png", cv2.cvtColor(image, cv2.COLOR_RGB2BGR))
     assert done
-    with _whole(Path(path), ".png") as temporary:
+    with whole_file(Path(path), ".png") as temporary:
         temporary.write_bytes(contents.tobytes())
 
 
@@ -206,19 +207,3 @@ def _resized(frame: Image, width: int | None) -> Image:
     height = max(1, round(frame.shape[0] * width / frame.shape[1]))
     shrunk = cv2.resize(frame, (width, height), interpolation=cv2.INTER_AREA)
     return np.asarray(shrunk, dtype=np.uint8)
-
-
-@contextlib.contextmanager
-def _whole(target: Path, suffix: str) -> Iterator[Path]:
-    """A temporary name beside the file, which takes its place once all is written."""
-    target.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.", suffix=suffix)
-    os.close(handle)
-    temporary = Path(name)
-    try:
-        yield temporary
-        temporary.chmod(0o644)
-        temporary.replace(target)
-    except BaseException:
-        temporary.unlink(missing_ok=True)
-        raise

@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import gymnasium as gym
-import numpy as np
 
 from farm_ar.arrays import BoolArray
 from farm_ar.envs.actions import checked_action

@@ -28,7 +28,7 @@ from farm_ar.scenes import (
 )
 from farm_ar.scenes.documents import NEEDED
 from farm_ar.sweeps import Executor, Outcome, Row, SerialExecutor, Store, Sweep, Watcher, run_sweep
-from farm_ar.sweeps.versions import code_version
+from farm_ar.sweeps.unit import code_version
 
 POSE_SPACING_M = 0.617
 """Way between two snapshots. It gives 80 poses on the path of the authors' H1; some 62 detect anything:

@@ -8,7 +8,8 @@ import io
 import json
 import os
 import stat
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
@@ -20,6 +21,9 @@ from farm_ar.errors import InputError
 
 MOST_BYTES = 64 * 2**20
 """The largest file that is read."""
+
+FORMULA_SIGNS = ("=", "+", "-", "@", "\t", "\r")
+"""What text begins with that a spreadsheet takes for a formula."""
 
 _MARKS = {codecs.BOM_UTF32_LE: "UTF-32", codecs.BOM_UTF16_LE: "UTF-16", codecs.BOM_UTF16_BE: "UTF-16"}
 
@@ -82,35 +86,46 @@ def read_json(path: str | os.PathLike[str], error: type[InputError]) -> Any:
         raise error("file", "must be JSON", str(problem), Path(path).name) from None
 
 
-def write_text(path: str | os.PathLike[str], text: str) -> None:
-    """Write a file whole or not at all: under a temporary name beside it, then renamed."""
+@contextmanager
+def whole_file(path: str | os.PathLike[str], suffix: str = "") -> Iterator[Path]:
+    """A temporary name beside a file's own, under which it is written; it takes its place when all is well.
+
+    Args:
+        path: the file; its folder is made if need be.
+        suffix: what the temporary name ends in, for programs that look at that.
+    """
     target = Path(path)
     target.parent.mkdir(parents=True, exist_ok=True)
-    temporary = target.with_name(f".{target.name}.{uuid4().hex}")
+    temporary = target.with_name(f".{target.name}.{uuid4().hex}{suffix}")
     try:
-        with temporary.open("x", encoding="utf-8", newline="\n") as file:
-            file.write(text)
+        yield temporary
         temporary.replace(target)
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
 
 
-def csv_table(columns: Iterable[str], rows: Iterable[Mapping[str, Any]]) -> str:
-    """Rows as a CSV table, empty where a row has no value or None.
+def write_text(path: str | os.PathLike[str], text: str) -> None:
+    """Write a file whole or not at all."""
+    with whole_file(path) as temporary, temporary.open("x", encoding="utf-8", newline="\n") as file:
+        file.write(text)
 
-    A text that a spreadsheet would take for a formula (it begins with = + - or @) gets an apostrophe before.
+
+def csv_table(columns: Iterable[str], rows: Iterable[Mapping[str, Any]]) -> str:
+    """Rows as CSV; a column that a row has not, or has None in, is empty.
+
+    Text that a spreadsheet would take for a formula gets an apostrophe in front; numbers stay as they are.
     """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     names = list(columns)
-    writer.writerow(names)
-    writer.writerows([_cell(row.get(name)) for name in names] for row in rows)
+    writer.writerow(map(_no_formula, names))
+    writer.writerows([_no_formula(row.get(name)) for name in names] for row in rows)
     return text.getvalue()
 
 
-def _cell(value: Any) -> Any:
-    formula = isinstance(value, str) and value.startswith(("=", "+", "-", "@"))
+def _no_formula(value: Any) -> Any:
+    formula = isinstance(value, str) and value.startswith(FORMULA_SIGNS)
     return f"'{value}" if formula and value != "-Infinity" and number_in(value) is None else value
 
 

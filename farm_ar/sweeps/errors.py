@@ -69,7 +69,9 @@ def of_the_store(path: Path | None) -> Iterator[None]:
     try:
         yield
     except sqlite3.DatabaseError as problem:
-        expected = EXPECTED.get(getattr(problem, "sqlite_errorcode", 0) & 0xFF)
+        # Of text that is not UTF-8 Python reports no code of SQLite's.
+        code = getattr(problem, "sqlite_errorcode", sqlite3.SQLITE_CORRUPT)
+        expected = EXPECTED.get(code & 0xFF)
         if expected is None:
             raise
         raise StoreError("store", expected, str(problem), str(path or "in memory")) from None

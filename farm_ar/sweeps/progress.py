@@ -10,7 +10,7 @@ from datetime import timedelta
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
-from farm_ar.sweeps.running import Standing, Watcher
+from farm_ar.sweeps.run import Standing, Watcher
 
 BAR_EVERY_S, LINE_EVERY_S = 0.1, 10.0
 

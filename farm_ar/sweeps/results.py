@@ -1,15 +1,16 @@
-"""What a sweep has given so far, in the order of its units."""
+"""What a sweep has given so far, in the order of its units: outcomes, a CSV table, how far it is."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from farm_ar.scenes.files import csv_table
 from farm_ar.sweeps.errors import UnfinishedSweepError
-from farm_ar.sweeps.rows import Outcome
-from farm_ar.sweeps.units import Unit
+from farm_ar.sweeps.unit import Outcome, Unit
 
 KILLS = 3
 """So many killed workers quarantine a unit."""
@@ -100,3 +101,82 @@ class Results:
             nothing = "not run yet, or its result was removed"
             problems = [failed.get(unit.key, Failure(unit, nothing)) for unit in unfinished]
             raise UnfinishedSweepError(self.sweep, problems)
+
+
+def as_csv(results: Results, measured: bool = False) -> str:
+    """The rows of all finished units as CSV, each behind the parameters and the seed of its unit.
+
+    A column of the rows that is called like a parameter gets `result.` before its name. Numbers keep every
+    digit; lists are JSON; null and not-a-number are empty.
+
+    Args:
+        results: of the sweep.
+        measured: the measured rows in place of the results; then with `unit_seconds`, how long the unit took.
+    """
+    rows = []
+    for unit, outcome in results.finished():
+        given = {**unit.parameters, "seed": unit.seed}
+        extra: Iterable[Mapping[str, Any]] = outcome.rows
+        if measured:
+            seconds = {"unit_seconds": results.seconds[unit.key]}
+            extra = [seconds | dict(row) for row in outcome.measured] or [seconds]
+        rows += [
+            given | {f"result.{name}" if name in given else name: value for name, value in row.items()}
+            for row in extra
+        ]
+    columns = list(dict.fromkeys(name for row in rows for name in row))
+    return csv_table(columns, [{name: _cell(value) for name, value in row.items()} for row in rows])
+
+
+def _cell(value: Any) -> Any:
+    """A value as CSV has it: no not-a-number, and JSON for what is neither a number nor text."""
+    if isinstance(value, float) and math.isnan(value):
+        return None
+    if isinstance(value, bool | list | dict) or (isinstance(value, float) and math.isinf(value)):
+        return json.dumps(value, ensure_ascii=False)
+    return value
+
+
+COLUMNS = ("sweep", "units", "finished", "running", "failed", "quarantined", "time in units")
+
+
+@dataclass(frozen=True)
+class Status:
+    """How far one sweep is.
+
+    Args:
+        sweep: its name.
+        units: how many it has.
+        finished: with a result.
+        running: claimed by a run that is alive.
+        failed: whose function raised an exception; the next run tries them again.
+        quarantined: given up, having killed their workers again and again.
+        seconds: that the finished units took, one after the other.
+    """
+
+    sweep: str
+    units: int
+    finished: int
+    running: int
+    failed: int
+    quarantined: int
+    seconds: float
+
+    def cells(self) -> tuple[str, ...]:
+        """A row of `COLUMNS`."""
+        counts = (self.units, self.finished, self.running, self.failed, self.quarantined)
+        return (self.sweep, *map(str, counts), f"{self.seconds:.1f} s")
+
+
+def summarise(results: Results, running: int) -> Status:
+    """How far a sweep is of which so many units are running."""
+    quarantined = sum(failure.quarantined for failure in results.failures)
+    return Status(
+        results.sweep,
+        len(results.units),
+        len(results),
+        running,
+        len(results.failures) - quarantined,
+        quarantined,
+        sum(results.seconds.values()),
+    )

@@ -6,21 +6,24 @@ Results are rows of the table `results`, functions of parameters and seed; what 
 
 from __future__ import annotations
 
+import json
 import os
 import sqlite3
+import stat
 import time
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from farm_ar.sweeps.attempts import Attempt
-from farm_ar.sweeps.claims import is_alive
 from farm_ar.sweeps.errors import EXPECTED, StoreError, of_the_store
+from farm_ar.sweeps.executors.base import Attempt
+from farm_ar.sweeps.leases import is_alive
 from farm_ar.sweeps.results import KILLS, Failure, Results
-from farm_ar.sweeps.units import Unit
+from farm_ar.sweeps.unit import Unit
 
 FORM = 1
 SCHEMA = """
@@ -70,15 +73,13 @@ class Store:
         self, path: str | os.PathLike[str] | None = None, timeout: float = 30.0, create: bool = True
     ) -> None:
         self.path = None if path is None else Path(path)
-        if self.path is not None and not create and not self.path.is_file():
-            raise StoreError("store", "must be a file that a sweep has made", "no such file", str(path))
         if self.path is not None:
-            self._make_folder(self.path.parent)
+            self._check_place(self.path, create)
         with of_the_store(self.path):
             place = ":memory:" if self.path is None else str(self.path)
             self._connection = sqlite3.connect(place, timeout=timeout, isolation_level=None)
         try:
-            self._set_up(timeout)
+            self._set_up(timeout, create)
         except BaseException:
             self._connection.close()
             raise
@@ -181,14 +182,22 @@ class Store:
         if not units:
             known = ", ".join(self.sweeps()) or "none"
             raise StoreError("sweep", f"must be one of the store's: {known}", sweep, str(self.path))
+        for unit in units:
+            if not _is_unit(unit):
+                raise self._damaged(f"the unit {unit!r}")
         keys = [unit.key for unit in units]
         columns = "key, rows, measured, seconds"
         statement = f"SELECT {columns} FROM results JOIN times USING (key) WHERE key IN ({{}})"
         texts, seconds = {}, {}
         for key, rows, measured, took in self._among(statement, keys):
+            if not (_are_rows(rows) and _are_rows(measured) and isinstance(took, int | float)):
+                raise self._damaged(f"the result {(rows, measured, took)!r}")
             texts[key], seconds[key] = (rows, measured), took
         statement = "SELECT key, problem, kills FROM failures WHERE key IN ({})"
         problems = {key: (problem, kills) for key, problem, kills in self._among(statement, keys)}
+        for problem, kills in problems.values():
+            if not (isinstance(problem, str) and isinstance(kills, int)):
+                raise self._damaged(f"the failure {(problem, kills)!r}")
         failures = [Failure(unit, *problems[unit.key]) for unit in units if unit.key in problems]
         return Results(sweep, units, texts, seconds, failures)
 
@@ -203,17 +212,33 @@ class Store:
         """The names of the sweeps, in order."""
         return self._column("SELECT DISTINCT sweep FROM plans ORDER BY sweep", [])
 
-    def _make_folder(self, folder: Path) -> None:
+    def _check_place(self, path: Path, create: bool) -> None:
+        """See that there is a plain file, or nothing where one may be made."""
         try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as problem:
-            expected = EXPECTED[sqlite3.SQLITE_CANTOPEN]
-            raise StoreError("store", expected, problem.strerror, str(self.path)) from None
+            if path.is_file():
+                return
+            if path.exists():
+                raise StoreError("store", "must be a plain file", _kind(path), str(path))
+            if not create:
+                raise StoreError("store", "must be a file that a sweep has made", "no such file", str(path))
+            path.parent.mkdir(parents=True, exist_ok=True)
+        except (OSError, ValueError) as problem:
+            if isinstance(problem, StoreError):
+                raise
+            expected, got = (
+                EXPECTED[sqlite3.SQLITE_CANTOPEN],
+                getattr(problem, "strerror", None) or str(problem),
+            )
+            raise StoreError("store", expected, got, str(path)) from None
 
-    def _set_up(self, timeout: float) -> None:
-        """See that the file is a store or empty, and make it a store if it is empty."""
+    def _set_up(self, timeout: float, create: bool) -> None:
+        """See that the file is a store or empty, and make it a store if it is empty and may become one."""
         with of_the_store(self.path):
             form = self._form()
+            if form == 0 and not create:
+                raise StoreError(
+                    "store", "must be a file that a sweep has made", "an empty file", str(self.path)
+                )
             self._use_wal(time.monotonic() + timeout)
             self._connection.execute("PRAGMA synchronous = NORMAL")
         if form == 0:
@@ -222,6 +247,14 @@ class Store:
                     for statement in SCHEMA.strip().split(";\n"):
                         self._connection.execute(statement)
                     self._connection.execute(f"PRAGMA user_version = {FORM}")
+        with of_the_store(self.path):
+            found = _columns(self._connection)
+        missing = [name for name in _columns_of_a_store() if name not in found]
+        if missing:
+            raise self._damaged(f"without {missing[0]}")
+
+    def _damaged(self, how: str) -> StoreError:
+        return StoreError("store", EXPECTED[sqlite3.SQLITE_CORRUPT], how, str(self.path))
 
     def _form(self) -> int:
         """The form of the store; 0 where the file is empty."""
@@ -278,3 +311,40 @@ class Store:
 
 def _is_over(failure: Failure) -> bool:
     return failure.kills == 0 or failure.quarantined
+
+
+def _columns(connection: sqlite3.Connection) -> set[str]:
+    """The columns of all tables, each as "column COLUMN of TABLE"."""
+    statement = "SELECT t.name, c.name FROM sqlite_master AS t JOIN pragma_table_info(t.name) AS c"
+    return {f"column {column} of {table}" for table, column in connection.execute(statement)}
+
+
+@cache
+def _columns_of_a_store() -> tuple[str, ...]:
+    with closing(sqlite3.connect(":memory:")) as connection:
+        connection.executescript(SCHEMA)
+        return tuple(sorted(_columns(connection)))
+
+
+def _kind(path: Path) -> str:
+    mode = path.stat().st_mode
+    return "a folder" if stat.S_ISDIR(mode) else "a pipe" if stat.S_ISFIFO(mode) else "no plain file"
+
+
+def _is_unit(unit: Unit) -> bool:
+    texts = (unit.function, unit.text, unit.version)
+    if not (all(isinstance(text, str) for text in texts) and isinstance(unit.seed, int)):
+        return False
+    try:
+        return isinstance(json.loads(unit.text), dict)
+    except ValueError:
+        return False
+
+
+def _are_rows(text: object) -> bool:
+    """Whether this is the JSON text of a list of rows."""
+    try:
+        rows = json.loads(text) if isinstance(text, str) else None
+    except (ValueError, RecursionError):
+        return False
+    return isinstance(rows, list) and all(isinstance(row, dict) for row in rows)

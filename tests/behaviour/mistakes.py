@@ -45,7 +45,7 @@ from farm_ar.scenes import (
 from farm_ar.showcases import load_script
 from farm_ar.sweeps import ProcessExecutor, Store, Sweep, grid, make_executor, run_sweep
 
-UNIT = "farm_ar.agents.stress.units:known_case"
+UNIT = "farm_ar.agents.stress.study:known_case"
 ONE = {"scene": ["farm"], "case": [0], "jitter": ["none"]}
 SCRIPT = 'title = "x"\nscene = "nowhere"\ngaze = "S1"\nseed = 1\n[[visits]]\nplay_s = 1.0\n'
 ROW = "id,category,x,z,yaw_deg,w,h,d\na,chair,1,one,0,1,1,1\n"

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from farm_ar.agents.stress.units import describe_case
+from farm_ar.agents.stress.study import describe_case
 from farm_ar.cli import app
 from farm_ar.envs import FarmToTableEnv, first_difference, load_trace, replay
 from farm_ar.envs.trace import GAME_STATE, PLAIN_STATE
@@ -89,19 +89,19 @@ def test_failures_of_a_stress_test_replay_bit_for_bit():
 
 def test_a_run_folder_plays_and_goes_on(tmp_path):
     pytest.importorskip("sb3_contrib")
-    from farm_ar.agents.training.trained_player import player_and_env
+    from farm_ar.agents.policies.trained import policy_and_env
 
     run = tmp_path / "run"
     shutil.copytree(EARLIER / "run", run)
     for which in ("best", "last"):
-        player, env = player_and_env(str(run), which)
+        player, env = policy_and_env(str(run), which)
         env.reset(seed=0)
         assert env.action_space.contains(player.act(env))
     result = farm_ar("train", run, "--resume", "--steps", "24", "--no-progress")
     assert result.exit_code == 0, result.output
     assert (run / "checkpoints" / "000000024").is_dir()
-    steps = [line.split(",")[0] for line in (run / "training.csv").read_text().splitlines()]
-    assert steps == ["steps", "16", "24"]
+    before = (EARLIER / "run" / "training.csv").read_text()
+    assert (run / "training.csv").read_text().startswith(before)
 
 
 def test_a_store_whose_version_is_by_hand_computes_nothing_again(tmp_path):

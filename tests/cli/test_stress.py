@@ -8,8 +8,7 @@ import pytest
 from farm_ar.cli.stress import attacks_asked_for
 from farm_ar.drawing.palette import WRONG
 from farm_ar.scenes import load_scene
-from farm_ar.sweeps.functions import load_function
-from farm_ar.sweeps.versions import code_version
+from farm_ar.sweeps.unit import code_version, load_function
 
 QUICK = ["stress", "--cases", "2", "--queries", "60", "--attack", "analytic"]
 

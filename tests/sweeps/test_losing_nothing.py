@@ -15,13 +15,13 @@ from farm_ar.sweeps import (
     StoreError,
     Sweep,
     UnfinishedSweepError,
-    claims,
     grid,
+    leases,
     run_sweep,
 )
-from farm_ar.sweeps.attempts import Attempt
-from farm_ar.sweeps.claims import Presence, is_alive
-from farm_ar.sweeps.export import as_csv
+from farm_ar.sweeps.executors.base import Attempt
+from farm_ar.sweeps.leases import Presence, is_alive
+from farm_ar.sweeps.results import as_csv
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the runs are forked and killed by signals")
 
@@ -216,7 +216,7 @@ def in_sqlite(file, statement):
             lambda file: file.write_text("no database" * 100),
             "a sweep has made",
         ),
-        (lambda file: file.mkdir(), "must be in a folder that can be written"),
+        (lambda file: file.mkdir(), "must be a plain file, got 'a folder'"),
         (lambda file: file.parent.joinpath("nothing"), "must be a file that a sweep has made"),
         (lambda file: in_sqlite(file, "CREATE TABLE a (b)"), "must be a store of form 1"),
         (lambda file: in_sqlite(file, "PRAGMA user_version = 9"), "must be a store of form 1"),
@@ -266,7 +266,7 @@ def test_a_mistake_of_ours_in_a_statement_is_no_error_of_the_store(tmp_path):
 
 @pytest.mark.parametrize("taken", ["locked", "removed"])
 def test_a_run_whose_file_was_taken_for_a_dead_ones_makes_another(tmp_path, monkeypatch, taken):
-    lock, files = claims._lock, []
+    lock, files = leases._lock, []
 
     def disturbed(file, mode):
         files.append(file)
@@ -281,7 +281,7 @@ def test_a_run_whose_file_was_taken_for_a_dead_ones_makes_another(tmp_path, monk
         return lock(file, mode)
 
     other = []
-    monkeypatch.setattr(claims, "_lock", disturbed)
+    monkeypatch.setattr(leases, "_lock", disturbed)
     presence = Presence(tmp_path / "store")
     assert len(set(files)) == 2
     assert is_alive(tmp_path / "store", presence.token)

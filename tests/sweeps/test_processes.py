@@ -21,9 +21,9 @@ from farm_ar.sweeps import (
     UnfinishedSweepError,
     grid,
     make_executor,
-    processes,
     run_sweep,
 )
+from farm_ar.sweeps.executors import process
 
 
 def deadly(tmp_path, how, xs=(3,)):
@@ -176,7 +176,7 @@ def test_units_larger_than_any_pipe_do_not_block():
 def test_workers_that_never_get_ready_end_the_run_with_an_error(monkeypatch):
     from sweep_functions import ends_at_once
 
-    monkeypatch.setattr(processes, "work", ends_at_once)
+    monkeypatch.setattr(process, "work", ends_at_once)
     with ProcessExecutor(1) as executor, pytest.raises(RuntimeError, match="3 workers in a row ended before"):
         run_sweep(Sweep("doubles", "sweep_functions:double", grid(x=(1,))), executor=executor)
 

@@ -11,7 +11,7 @@ from hypothesis.extra import numpy as hnp
 
 from farm_ar.errors import OptionError
 from farm_ar.sweeps import Outcome, Sweep, run_sweep
-from farm_ar.sweeps.rows import as_outcome, to_text
+from farm_ar.sweeps.unit import as_outcome, to_text
 
 NUMBERS = hnp.arrays(
     st.sampled_from([np.float64, np.float32, np.float16, np.int64, np.uint8, np.uint64, np.bool_]),

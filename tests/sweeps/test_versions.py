@@ -5,8 +5,8 @@ from importlib import invalidate_caches
 import pytest
 
 from farm_ar import __version__
-from farm_ar.sweeps import ProcessExecutor, Sweep, grid, run_sweep, versions
-from farm_ar.sweeps.versions import code_version
+from farm_ar.sweeps import ProcessExecutor, Sweep, grid, run_sweep, unit
+from farm_ar.sweeps.unit import code_version
 
 BODY = "def triple(seed, x):\n    return {'triple': 3 * x}\n"
 
@@ -60,15 +60,15 @@ def test_compiled_and_hidden_files_do_not_count(own, tmp_path):
 
 def test_every_function_changes_with_farm_ar_itself(own, tmp_path, monkeypatch):
     before = own("own_module:triple")
-    files = versions._files
+    files = unit._files
     other = [("farm_ar/reid/costs.py", b"# changed")]
-    monkeypatch.setattr(versions, "_files", lambda top: files(top) + (other if top == "farm_ar" else []))
+    monkeypatch.setattr(unit, "_files", lambda top: files(top) + (other if top == "farm_ar" else []))
     assert own("own_module:triple") != before
 
 
 def test_another_version_of_a_library_is_another_version(own, monkeypatch):
     before = own("own_module:triple")
-    monkeypatch.setattr(versions.metadata, "version", lambda name: "0.0.1")
+    monkeypatch.setattr(unit.metadata, "version", lambda name: "0.0.1")
     assert own("own_module:triple") != before
 
 
@@ -100,6 +100,6 @@ def test_a_worker_whose_code_was_changed_meanwhile_computes_nothing(own, tmp_pat
 
 def test_a_library_that_is_missing_and_a_module_made_by_hand_have_versions_too(own, monkeypatch):
     before = own("own_module:triple")
-    monkeypatch.setattr(versions, "NUMBERS_FROM", ("a-library-that-nobody-has",))
+    monkeypatch.setattr(unit, "NUMBERS_FROM", ("a-library-that-nobody-has",))
     assert own("own_module:triple") != before
     assert own("no_such_module:triple") != own("own_module:triple")

@@ -11,9 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from farm_ar.sweeps import Sweep, Unit, grid
-from farm_ar.sweeps.attempts import Attempt
-from farm_ar.sweeps.versions import BY_HAND
-from farm_ar.sweeps.worker import (
+from farm_ar.sweeps.executors.base import Attempt
+from farm_ar.sweeps.executors.process import (
     BEGUN,
     pack_attempt,
     pack_unit,
@@ -21,6 +20,7 @@ from farm_ar.sweeps.worker import (
     unpack_unit,
     work,
 )
+from farm_ar.sweeps.unit import BY_HAND
 
 
 @pytest.fixture

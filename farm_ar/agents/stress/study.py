@@ -25,7 +25,7 @@ from farm_ar.geometry import wrap
 from farm_ar.reid import REIDENTIFIERS, Reidentifier, load_reid
 from farm_ar.scenes import Gaussian, LayoutNoise, Scene, observe
 from farm_ar.sweeps import Executor, Outcome, Row, Store, Sweep, Watcher, grid, run_sweep
-from farm_ar.sweeps.versions import code_version
+from farm_ar.sweeps.unit import code_version
 
 ASKED_FOR_CONFIDENCE = 12
 """Draws of random noise that are looked at for confidence too."""

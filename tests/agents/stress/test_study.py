@@ -26,8 +26,7 @@ from farm_ar.errors import InputError, OptionError
 from farm_ar.reid import REIDENTIFIERS, LastKnownReid, SpatialOptions, SpatialReid
 from farm_ar.scenes import builtin_scene
 from farm_ar.sweeps import Store
-from farm_ar.sweeps.functions import load_function
-from farm_ar.sweeps.versions import code_version
+from farm_ar.sweeps.unit import code_version, load_function
 
 METHODS = ("spatial", "likelihood", "nearest")
 FEW = StressOptions(reids=METHODS, attacks=("analytic", "halton"), queries=150, cases=3, noise_draws=20)

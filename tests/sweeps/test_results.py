@@ -4,8 +4,7 @@ import csv
 import io
 
 from farm_ar.sweeps import ProcessExecutor, Store, Sweep, grid, run_sweep
-from farm_ar.sweeps.export import as_csv
-from farm_ar.sweeps.status import summarise
+from farm_ar.sweeps.results import as_csv, summarise
 
 
 def table(results, **options):

@@ -1,10 +1,10 @@
-"""Executors by name."""
+"""Executors, by name."""
 
 from __future__ import annotations
 
 from farm_ar.errors import OptionError, known_name
-from farm_ar.sweeps.executors import SerialExecutor
-from farm_ar.sweeps.processes import ProcessExecutor
+from farm_ar.sweeps.executors.process import ProcessExecutor
+from farm_ar.sweeps.executors.serial import SerialExecutor
 
 EXECUTORS = ("process", "serial")
 

@@ -9,13 +9,13 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from farm_ar.sweeps.attempts import Attempt
-from farm_ar.sweeps.claims import Presence
 from farm_ar.sweeps.errors import StoreError, of_the_store
-from farm_ar.sweeps.executors import Executor, SerialExecutor
+from farm_ar.sweeps.executors.base import Attempt, Executor
+from farm_ar.sweeps.executors.serial import SerialExecutor
+from farm_ar.sweeps.leases import Presence
 from farm_ar.sweeps.results import KILLS, Failure, Results
 from farm_ar.sweeps.store import Store
-from farm_ar.sweeps.units import Sweep, Unit
+from farm_ar.sweeps.unit import Sweep, Unit
 
 AT_ONCE = 500
 """Units among which a run looks for some to claim."""

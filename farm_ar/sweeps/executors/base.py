@@ -1,15 +1,16 @@
-"""Running one unit, and what came of it: all that an executor carries to and fro."""
+"""Where units are run: the contract of executors, and the result that a unit comes back as."""
 
 from __future__ import annotations
 
 import time
 import traceback
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
+from types import TracebackType
+from typing import Protocol, Self
 
-from farm_ar.sweeps.functions import load_function
-from farm_ar.sweeps.rows import as_outcome, to_text
-from farm_ar.sweeps.units import Unit
-from farm_ar.sweeps.versions import BY_HAND, code_version
+from farm_ar.sweeps.unit import BY_HAND, Unit, as_outcome, code_version, load_function, to_text
 
 
 @dataclass(frozen=True)
@@ -57,3 +58,40 @@ def check_version(unit: Unit) -> None:
             f"the code of {unit.function} is not that which the sweep began with ({unit.version}): "
             "it was changed meanwhile, or this worker has another installation"
         )
+
+
+class Executor(Protocol):
+    """Runs units somewhere and brings back what came of them, in any order.
+
+    It knows nothing of stores, retries and quarantine. A unit that kills its worker comes back as an attempt
+    with `killed` set, and the executor goes on.
+    """
+
+    @property
+    def capacity(self) -> int:
+        """How many units it can hold now, those that run among them; never below 1."""
+
+    def submit(self, unit: Unit) -> None:
+        """Take a unit, to run it as soon as may be. Does not wait."""
+
+    def collect(self, seconds: float) -> Sequence[Attempt]:
+        """The attempts that ended since the last call; waits so long at the most for the first."""
+
+    def stop(self) -> None:
+        """Drop what was submitted and end the workers; the next `submit` starts anew."""
+
+
+class Stoppable(ABC):
+    """Base of executors: a `with` block stops them."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.stop()
+
+    @abstractmethod
+    def stop(self) -> None:
+        """Drop what was submitted."""

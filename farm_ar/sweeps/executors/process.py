@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+import json
 import multiprocessing
+import os
 import signal
+import threading
 import time
+import traceback
 from collections import deque
 from collections.abc import Sequence
 from contextlib import suppress
-from multiprocessing.connection import wait
+from multiprocessing import parent_process
+from multiprocessing.connection import Connection, wait
 from multiprocessing.context import ForkServerContext, SpawnContext
 from numbers import Integral, Real
 
 from farm_ar.errors import OptionError
-from farm_ar.sweeps.attempts import Attempt
-from farm_ar.sweeps.executors import Stoppable
-from farm_ar.sweeps.units import Unit
-from farm_ar.sweeps.worker import BEGUN, pack_unit, unpack_attempt, work
+from farm_ar.sweeps.executors.base import Attempt, Stoppable, attempt, check_version
+from farm_ar.sweeps.unit import Unit
 
 AHEAD_S, MOST_AHEAD, MOST_BYTES_AHEAD = 0.03, 64, 4096
 """Work that a busy worker is given ahead, so that it need not wait for the next unit: seconds, units, bytes.
@@ -212,3 +215,69 @@ class _Worker:
         if code is not None and code < 0:
             return f"its worker was ended by signal {-code} ({signal.Signals(-code).name})"
         return f"its worker ended with exit code {code}"
+
+
+BEGUN = b""
+"""Said when a worker is ready, and whenever it has loaded a function and begins to run it."""
+
+
+def work(pipe: Connection) -> None:
+    """Run the units that come through the pipe until it is closed or the parent is gone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent is interrupted too, and ends its workers
+    threading.Thread(target=_end_with_the_parent, daemon=True).start()
+    with suppress(EOFError, OSError):  # that is how a pipe without another end shows
+        _work(pipe)
+
+
+def _work(pipe: Connection) -> None:
+    pipe.send_bytes(BEGUN)
+    ready: set[tuple[str, str]] = set()
+    while True:
+        unit = unpack_unit(pipe.recv_bytes())
+        problem = None
+        if (unit.function, unit.version) not in ready:
+            problem = _prepare(unit)
+            if problem is None:
+                ready.add((unit.function, unit.version))
+                pipe.send_bytes(BEGUN)
+        pipe.send_bytes(pack_attempt(problem or attempt(unit)))
+
+
+def _prepare(unit: Unit) -> Attempt | None:
+    """Load a unit's function; what went wrong, if anything did."""
+    from farm_ar.sweeps.unit import load_function
+
+    try:
+        check_version(unit)
+        load_function(unit.function)
+    except Exception:
+        return Attempt(unit, problem=traceback.format_exc())
+    return None
+
+
+def _end_with_the_parent() -> None:
+    """A parent that was killed ends nobody: its workers see it themselves."""
+    parent = parent_process()
+    if parent is not None:
+        wait([parent.sentinel])
+        os._exit(1)
+
+
+def pack_unit(unit: Unit) -> bytes:
+    """A unit as bytes."""
+    return json.dumps([unit.function, unit.text, unit.seed, unit.version]).encode()
+
+
+def unpack_unit(data: bytes) -> Unit:
+    """The unit of which `pack_unit` made these bytes."""
+    return Unit(*json.loads(data))
+
+
+def pack_attempt(done: Attempt) -> bytes:
+    """All of an attempt but its unit as bytes."""
+    return json.dumps([done.rows, done.measured, done.seconds, done.problem]).encode()
+
+
+def unpack_attempt(unit: Unit, data: bytes) -> Attempt:
+    """The attempt of which `pack_attempt` made these bytes."""
+    return Attempt(unit, *json.loads(data))
