@@ -57,7 +57,9 @@ SPATIAL: dict[str, dict[str, Any]] = {
 MAKERS: dict[str, Callable[[Scene], Any]] = {
     **REIDENTIFIERS,
     **{
-        f"spatial {name}": lambda scene, options=options: SpatialReid(scene, SpatialOptions(**options))
+        f"spatial {name}": lambda scene, options=options: SpatialReid(
+            scene, SpatialOptions(**{"gate_categories": False, **options})
+        )
         for name, options in SPATIAL.items()
     },
     "likelihood careful": lambda scene: LikelihoodReid(
