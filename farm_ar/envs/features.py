@@ -321,7 +321,8 @@ def _find_margins(kind: int, objects: Objects, found: Found) -> None:
         count += 1
     block = np.empty((n, count))
     for row in range(n):
-        block[row] = found.cost[rows[row], :count]
+        for column in range(count):
+            block[row, column] = found.cost[rows[row], column]
     chosen = np.empty(n, dtype=np.int64)
     assign(block, chosen, np.empty(n), np.empty(count))
     margins = find_margins(block, chosen)[0]

@@ -241,7 +241,8 @@ def run(herd: Herd, routes: Structs[Route], counts: Structs[Counts], end: float)
         due = queue[clock.running]
         animal = herd.animals[due.slot]
         animal.goal, animal.into, animal.start = route.goal, route.into, leaves
-        animal.curve[:] = route.curve
+        for i in range(4):
+            animal.curve[i, 0], animal.curve[i, 1] = route.curve[i, 0], route.curve[i, 1]
         due.time = time
         clock.next = min(clock.next, time)
         clock.running += 1
