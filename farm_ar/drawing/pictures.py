@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -131,7 +132,8 @@ def save_picture(figure: Figure, path: str | os.PathLike[str]) -> None:
     contents = io.BytesIO()
     width, height = figure.get_size_inches()
     dots = min(_PNG_DOTS_PER_INCH, int(np.sqrt(MOST_PIXELS / (width * height))))
-    with mpl.rc_context(_SETTINGS):
+    with mpl.rc_context(_SETTINGS), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph .* missing")  # it is drawn as an empty box
         figure.savefig(
             contents,
             format=suffix[1:],

@@ -180,7 +180,8 @@ def add_tags(axes: Axes, tags: Sequence[Tag], obstacles: Sequence[Obstacle] = ()
 
 
 def shortened(text: str) -> str:
-    """A text of at most `MOST_LETTERS`."""
+    """A text of at most `MOST_LETTERS`, with a replacement sign for what is no letter, as a line's end."""
+    text = "".join(sign if sign.isprintable() else "\N{REPLACEMENT CHARACTER}" for sign in text)
     return text if len(text) <= MOST_LETTERS else f"{text[: MOST_LETTERS - 1]}\N{HORIZONTAL ELLIPSIS}"
 
 

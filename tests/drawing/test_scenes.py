@@ -1,4 +1,5 @@
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from matplotlib.colors import same_color
 from matplotlib.patches import Polygon
 
 from farm_ar.arrays import FloatArray
-from farm_ar.drawing import Tags, category_fills, draw_scene, new_picture
+from farm_ar.drawing import Tags, category_fills, draw_scene, new_picture, save_picture
 from farm_ar.errors import SceneError, SnapshotError
 from farm_ar.geometry import direction, footprint_corners, view_polygon, voronoi_cells
 from farm_ar.scenes import BUILTIN, Camera, FieldOfView, Layout, Scene, Site, builtin_scene
@@ -185,3 +186,18 @@ def test_batches_are_refused() -> None:
         drawn(SCENE, layout=LAYOUT.with_poses(LAYOUT.position[None], LAYOUT.yaw[None]))
     with pytest.raises(SnapshotError, match="camera: must be a single camera"):
         drawn(SCENE, camera=Camera(np.zeros((2, 2)), np.zeros(2)))
+
+
+def test_signs_that_no_font_has_are_drawn_without_a_warning(tmp_path: Path) -> None:
+    labels = ("\x1b[31m", "a\nb", "\U0001f411", "x" * 1000)
+    layout = Layout(labels, ("chair",) * 4, [(1, 1), (2, 2), (3, 3), (1, 3)], [0] * 4, [(0.5, 1, 0.5)] * 4)
+    figure, axes = new_picture((4.0, 4.0))
+    draw_scene(axes, Scene("room", (4, 4), layout))
+    save_picture(figure, tmp_path / "room.png")
+    texts = [
+        text.get_text()
+        for artist in axes.artists
+        for text in artist.get_children()
+        if hasattr(text, "get_text")
+    ]
+    assert texts == ["\ufffd[31m", "a\ufffdb", "\U0001f411", "x" * 79 + "\u2026"]
