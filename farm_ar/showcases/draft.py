@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from farm_ar.arrays import number_in
 from farm_ar.errors import InputError
 from farm_ar.showcases.script import Script, parse_script
 
@@ -102,11 +103,8 @@ def _numbers(words: list[str]) -> list[float]:
     """The finite numbers with which words begin."""
     values = []
     for word in words:
-        try:
-            value = float(word)
-        except ValueError:
-            break
-        if not np.isfinite(value):
+        value = number_in(word)
+        if value is None or not np.isfinite(value):
             break
         values.append(value)
     return values

@@ -34,6 +34,8 @@ def test_what_is_written_is_a_script_that_can_be_saved_and_loaded(tmp_path):
         "blue-coop to 0.4",
         "blue-coop to 0.4 x",
         "blue-coop to 0.4 nan",
+        "blue-coop to 0.4 0_3",
+        "blue-coop to 0.4 \u0661",
         "blue-coop over 0.4 0.3",
         "blue-coop to 0.4 0.3 by 0.1 0.1",
         "blue-coop turn 10 turn 20",

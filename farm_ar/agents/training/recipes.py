@@ -20,6 +20,7 @@ from stable_baselines3 import PPO, SAC
 from stable_baselines3.common.base_class import BaseAlgorithm
 
 from farm_ar.agents.training.object_policy import ObjectPolicy
+from farm_ar.arrays import number_in
 from farm_ar.errors import InputError, OptionError, known_name
 from farm_ar.scenes.files import read_text
 
@@ -322,8 +323,8 @@ def _value(value: Any, problem: Exception | None = None) -> Any:
     if not isinstance(value, str) or not value.startswith("lin_"):
         return value
     try:
-        start = float(value.removeprefix("lin_"))
-        if not 0.0 < start < np.inf:
+        start = number_in(value.removeprefix("lin_"))
+        if start is None or not 0.0 < start < np.inf:
             raise ValueError(value)
         return Falling(start)
     except ValueError:

@@ -146,6 +146,7 @@ DAMAGED = [
     "default: {n_steps: many}", "default: {n_steps: 0}", "default: {batch_size: -1}",
     "default: {n_epochs: {}}", "default: {gamma: .nan}", "default: {gamma: 2}",
     "default: {learning_rate: fast}",
+    "default: {learning_rate: lin_1_0}",
     "default: {learning_rate: lin_}", "default: {learning_rate: lin_nan}", "default: {n_steps: lin_8}",
     "default: {learning_rate: [1]}", "default: {ent_coef: {}}",
     "default: {normalize: 1}", "default: {normalize: {gamma: x}}", "default: {normalize: {norm_obs: 3}}",
