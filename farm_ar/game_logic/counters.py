@@ -4,19 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from farm_ar.arrays import IntArray
 from farm_ar.game_logic.animals.arrival import Counts
 from farm_ar.structs import Structs, new_structs
 
-NOTHING = -1
-"""The building of an animal that came to the end of its path where nothing stands."""
-
 
 @dataclass
 class Counters:
-    """Counts for N labels, all starting at 0.
+    """Counts for N labels, all starting at 0; `arrival.count` raises them.
 
     Args:
         counts: (N,) all of them; the attributes below are its fields.
@@ -38,18 +33,6 @@ class Counters:
     def zero(cls, n: int) -> Counters:
         """Counters of `n` labels before anything has happened."""
         return cls(new_structs(Counts, n))
-
-    def add(self, goal: IntArray, building: IntArray) -> None:
-        """Count arrivals.
-
-        Args:
-            goal: (K,) the label whose colour each animal has.
-            building: (K,) the building that it got into, or `NOTHING`.
-        """
-        inside = building != NOTHING
-        np.add.at(self.counted, goal[inside], 1)
-        np.add.at(self.misplaced, goal[inside & (building != goal)], 1)
-        np.add.at(self.stranded, goal[~inside], 1)
 
     @property
     def miscounts(self) -> int:

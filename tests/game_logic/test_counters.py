@@ -1,32 +1,39 @@
 """The score board, and the labels that show it."""
 
-import numpy as np
 import pytest
 
-from farm_ar.game_logic.counters import NOTHING, Counters, label_text
+from farm_ar.game_logic.animals.arrival import Clock, count
+from farm_ar.game_logic.animals.curve_intersection import NOWHERE
+from farm_ar.game_logic.counters import Counters, label_text
+from farm_ar.structs import new_structs
+
+
+def after(n: int, *arrivals: tuple[int, int]) -> tuple[Counters, int]:
+    """Counters of n labels, and how many went astray, after arrivals: of a label, in a building."""
+    counters, clocks = Counters.zero(n), new_structs(Clock, 1)
+    for label, into in arrivals:
+        count(counters.counts, clocks[0], label, into)
+    return counters, clocks["astray"].item()
 
 
 def test_an_animal_in_its_own_building_raises_the_counter_of_its_label():
-    counters = Counters.zero(3)
-    counters.add(np.array([1, 1, 2]), np.array([1, 1, 2]))
+    counters, astray = after(3, (1, 1), (1, 1), (2, 2))
     assert counters.counted.tolist() == [0, 2, 1]
-    assert counters.miscounts == 0
+    assert counters.miscounts == astray == 0
 
 
 def test_an_animal_in_another_building_is_counted_for_its_colour_and_noted_as_misplaced():
-    counters = Counters.zero(3)
-    counters.add(np.array([0]), np.array([2]))
+    counters, astray = after(3, (0, 2))
     assert counters.counted.tolist() == [1, 0, 0]
     assert counters.misplaced.tolist() == [1, 0, 0]
-    assert counters.miscounts == 1
+    assert counters.miscounts == astray == 1
 
 
 def test_an_animal_that_arrives_where_nothing_stands_is_stranded_and_not_counted():
-    counters = Counters.zero(2)
-    counters.add(np.array([1, 1]), np.array([NOTHING, 1]))
+    counters, astray = after(2, (1, NOWHERE), (1, 1))
     assert counters.counted.tolist() == [0, 1]
     assert counters.stranded.tolist() == [0, 1]
-    assert counters.miscounts == 1
+    assert counters.miscounts == astray == 1
 
 
 @pytest.mark.parametrize(
