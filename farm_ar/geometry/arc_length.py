@@ -80,7 +80,7 @@ def turning_points(b: float, c: float, d: float) -> tuple[float, float]:
 
 
 @compiled
-def measure_one(curve: FloatArray, knot: FloatArray, travelled: FloatArray) -> None:
+def measure(curve: FloatArray, knot: FloatArray, travelled: FloatArray) -> None:
     """Tabulate the arc length of a curve: steps are halved until two quadratures agree with one.
 
     The first steps end where x or z turns round, too. An exact cusp is such a place, and a quadrature across
@@ -128,31 +128,13 @@ def measure_one(curve: FloatArray, knot: FloatArray, travelled: FloatArray) -> N
 
 
 @compiled
-def measure(
-    curve: FloatArray, along: FloatArray, parameter: FloatArray, knot: FloatArray, travelled: FloatArray
-) -> None:
-    """Tabulate the arc length of curves, and find where on them animals are.
-
-    Args:
-        curve: (A, 4, 2) control points, metres.
-        along: (A,) how far along them the animals are, metres.
-        parameter: (A,) filled with the parameters there.
-        knot: (A, KNOTS) filled with parameters rising from 0 to 1, then 1 to the end.
-        travelled: (A, KNOTS) filled with the length up to each, metres.
-    """
-    for a in range(len(curve)):
-        measure_one(curve[a], knot[a], travelled[a])
-        parameter[a] = parameter_at(polynomial(curve[a]), knot[a], travelled[a], max(along[a], 0.0))
-
-
-@compiled
 def locate(curve: FloatArray, along: FloatArray, parameter: FloatArray) -> None:
     """Fill in the parameters (A,) of curves (A, 4, 2) after (A,) metres."""
     knot, travelled = np.empty(KNOTS), np.empty(KNOTS)
     for a in range(len(curve)):
         parameter[a] = 0.0
         if along[a] > 0:
-            measure_one(curve[a], knot, travelled)
+            measure(curve[a], knot, travelled)
             parameter[a] = parameter_at(polynomial(curve[a]), knot, travelled, along[a])
 
 

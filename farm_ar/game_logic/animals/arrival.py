@@ -100,7 +100,7 @@ def arrival(curve: FloatArray, along: float, buildings: Structs[Footprint]) -> t
     """
     p = arc_length.polynomial(curve)
     knot, travelled = np.empty(arc_length.KNOTS), np.empty(arc_length.KNOTS)
-    arc_length.measure_one(curve, knot, travelled)
+    arc_length.measure(curve, knot, travelled)
     begun = max(along, 0.0)
     aim = standing_at(curve[3, 0], curve[3, 1], buildings)
     if aim != NOWHERE:

@@ -24,7 +24,7 @@ from farm_ar.kernels import compiled
 from farm_ar.scenes import Layout
 from farm_ar.structs import Struct, Structs, new_structs
 
-__all__ = ["CLEARANCE_M", "ROUTES", "Route", "Routes", "clear_curve", "door", "running_curve", "target"]
+__all__ = ["CLEARANCE_M", "ROUTES", "Route", "Routes", "clear_curve", "door", "running_curve"]
 
 ROUTES = 4
 """Routes to each label."""
@@ -144,20 +144,6 @@ def door(position: FloatArray, yaw: float | FloatArray, size: FloatArray) -> Flo
     return np.asarray(position) + np.asarray(size)[..., 2, None] / 2 * direction(yaw)
 
 
-def target(position: FloatArray, yaw: float | FloatArray, size: FloatArray) -> FloatArray:
-    """Where curves to buildings end: in the middle, however large they are and wherever they face.
-
-    Args:
-        position: (..., 2) centres, metres.
-        yaw: (...) headings, radians.
-        size: (..., 3) width, height, depth, metres.
-
-    Returns:
-        (..., 2) points, metres.
-    """
-    return np.array(position, dtype=np.float64)
-
-
 def running_curve(
     start: FloatArray,
     start_yaw: float | FloatArray,
@@ -170,7 +156,7 @@ def running_curve(
     Args:
         start: (..., 2) where they begin, the `door` of the shed, metres.
         start_yaw: (...) heading of the shed, radians.
-        end: (..., 2) where they end, the `target` in a building, metres.
+        end: (..., 2) where they end, the middle of a building, metres.
         end_yaw: (...) heading of that building, radians.
         spread: (...) how far they bow out to the right of that, halfway, metres: with different ones animals
             do not run in single file. It turns the ends of the curve, too.

@@ -10,7 +10,6 @@ from farm_ar.game_logic.animals.routes import (
     clear_curve,
     door,
     running_curve,
-    target,
 )
 from farm_ar.geometry import bezier_point, bezier_tangent, heading, inside_footprint
 from farm_ar.scenes.builtin.farm import TABLE, farm
@@ -51,13 +50,6 @@ def test_the_doors_of_the_farm_face_the_sheds() -> None:
     away = np.linalg.norm(np.stack([doors, behind]) - doors[SHED], axis=-1)
     assert np.all(away[0, FARM.movable] < away[1, FARM.movable])
     assert doors[SHED, 1] < FARM.position[SHED, 1]
-
-
-def test_the_target_is_a_copy_of_the_centre() -> None:
-    ends = target(FARM.position, FARM.yaw, FARM.size)
-    np.testing.assert_array_equal(ends, FARM.position)
-    assert ends.flags.writeable
-    assert not np.shares_memory(ends, FARM.position)
 
 
 def test_a_curve_leaves_along_the_door_and_arrives_at_the_front() -> None:
