@@ -12,6 +12,9 @@ from farm_ar.cli.options import REID_HELP, Seed, number, whole
 if TYPE_CHECKING:
     from farm_ar.agents.design import Design
 
+MOST_DESIGNED = 500
+"""Objects that a design places: it compares all pairs."""
+
 LEGEND = (
     "D: effort summed over the objects moved, each distance / the room's diagonal + sin(turn / 2).",
     "as a distance: how far an object goes for that effort, without turning.",
@@ -298,4 +301,6 @@ def _counts(text: str) -> dict[str, int]:
         if not equals or (count := whole_in(number)) is None or count < 0 or kind in counts:
             raise OptionError("--objects", "must be KIND=N,KIND=N,... with each kind once", text)
         counts[kind] = count
+    if sum(counts.values()) > MOST_DESIGNED:
+        raise OptionError("--objects", f"must be at most {MOST_DESIGNED} in all", text)
     return counts

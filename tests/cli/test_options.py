@@ -47,6 +47,11 @@ def test_how_many_objects_are_designed_is_digits(mistake, objects):
     assert line.startswith("OptionError: --objects: must be KIND=N,KIND=N,... with each kind once, got ")
 
 
+def test_more_objects_than_a_design_can_compare_are_refused_at_once(mistake):
+    line = mistake("design", "--objects", "coop=400,hutch=101")
+    assert line == "OptionError: --objects: must be at most 500 in all, got 'coop=400,hutch=101'"
+
+
 @pytest.mark.parametrize(
     ("option", "value"),
     [("--weights", "1_0,1"), ("--weights", "\u0661,1"), ("--threshold", "0_1"), ("--min-confidence", "0_5")],
