@@ -179,7 +179,9 @@ def weigh_group(
     models, n = known.models, len(sight.nothing)
     rate = (1 - known.detecting.gone_rate) * models.detect_rate[k]
     log_unseen = 0.0
-    weight[:] = alone.weight[k]
+    for i in range(weight.shape[0]):  # not all at once, which takes seconds more to compile
+        for j in range(weight.shape[1]):
+            weight[i, j] = alone.weight[k, i, j]
     for j in range(len(unseen)):
         unseen[j] = math.exp(alone.log_unseen[k, j])
         log_unseen += alone.log_unseen[k, j]
@@ -324,7 +326,8 @@ def next_motion(
             pooled += share * sums[k]
     solve_motion(pooled / total, group.shift_precision, group.turn_concentration, one)
     change = np.abs(motion - one).max()
-    motion[:] = one
+    for i in range(3):
+        motion[i] = one[i]
     return bool(change < STILL)
 
 
@@ -426,7 +429,8 @@ def fit_frame(
         for k in range(models):
             if not (use[k] if last else counts[k]):
                 continue
-            outcome.unseen[k] = np.exp(alone.log_unseen[k])
+            for j in range(alone.log_unseen.shape[1]):
+                outcome.unseen[k, j] = np.exp(alone.log_unseen[k, j])
             chance, log_unseen = outcome.chance[k], alone.log_unseen[k].sum()
             weight = alone.weight[k].copy()
             outcome.evidence[k] = judge(known, k, sight, log_unseen, floor, weight, none, to_row, chance)
@@ -538,7 +542,7 @@ def find_motions(
                     continue
                 motion[2] = turn
                 seeds[count, 0] = score_motion(known, search, sight, group, motion, density)
-                seeds[count, 1:] = motion
+                seeds[count, 1], seeds[count, 2], seeds[count, 3] = motion[0], motion[1], motion[2]
                 count += 1
     return count
 
@@ -579,7 +583,8 @@ def best_motions(
         count = find_motions(known, search, sight, group, density, seeds)
         order = np.argsort(-seeds[:count, 0])
         for place in range(min(count, best.shape[1])):
-            best[q, place] = seeds[order[place]]
+            for i in range(best.shape[2]):
+                best[q, place, i] = seeds[order[place], i]
 
 
 @_compile
