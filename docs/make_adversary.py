@@ -18,7 +18,7 @@ IMAGES = Path(__file__).parent / "images"
 
 
 def curve(runs: list[Path], name: str) -> Figure:
-    """Mean return while learning and in evaluations, against steps: of the first run, and of others thin."""
+    """Mean return in training and in evaluations, against steps: of the first run, and of others thinner."""
     figure = Figure(figsize=(6.4, 3.4))
     axes = figure.subplots()
     axes.margins(y=0.12)
@@ -35,7 +35,7 @@ def curve(runs: list[Path], name: str) -> Figure:
             )
     recipe = RunFolder(runs[0]).read().recipe
     shown = recipe.imitate["steps"] / 1000 if recipe.imitate else 0.0
-    for begin, end, what in ((0.0, shown, "planner"), (shown, recipe.before / 1000, "rehearsal")):
+    for begin, end, what in ((0.0, shown, "planner"), (shown, recipe.before / 1000, "surrogate")):
         if end > begin:
             axes.axvspan(begin, end, color="#f1ede4" if begin else "#e7efe2", zorder=0)
             axes.text((begin + end) / 2, axes.get_ylim()[0], what, ha="center", va="bottom", color="#7a6f5a")
