@@ -41,8 +41,8 @@ Row = dict[str, Any]
 class Pictures(Protocol):
     """What makes the frames."""
 
-    def frame(self, moment: RenderState) -> Image:
-        """The picture of a moment, (H, W, 3) bytes."""
+    def frame(self, state: RenderState) -> Image:
+        """The picture of a state, (H, W, 3) bytes."""
 
 
 PictureMaker = Callable[[Scene], Pictures]

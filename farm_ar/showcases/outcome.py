@@ -15,12 +15,12 @@ _NOTHING: Image = np.zeros((1, 1, 3), np.uint8)
 
 
 class _Last:
-    """In place of pictures: the last moment."""
+    """In place of pictures: the last state."""
 
-    moment: RenderState
+    state: RenderState
 
-    def frame(self, moment: RenderState) -> Image:
-        self.moment = moment
+    def frame(self, state: RenderState) -> Image:
+        self.state = state
         return _NOTHING
 
 
@@ -35,9 +35,9 @@ def outcome(
         to_the_end: whether the play after the last visit is played too, and not one frame of it only.
 
     Returns:
-        What was noted, and the last moment.
+        What was noted, and the last state.
     """
     last = _Last()
     ending = script.ending if to_the_end else 1 / FPS
     film = ScriptRecorder(replace(script, ending=ending), make_reid, lambda scene: last).play()
-    return film, last.moment
+    return film, last.state

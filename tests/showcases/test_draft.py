@@ -68,7 +68,7 @@ def test_a_gaze_that_is_no_site_is_refused_at_once():
 
 def test_the_outcome_is_that_of_the_film_without_its_pictures():
     script = load_script("demonstration-2")
-    film, moment = outcome(script, to_the_end=True)
+    film, state = outcome(script, to_the_end=True)
     whole = ScriptRecorder(script, make_pictures=None).play()
     assert film.detections == whole.detections
     assert film.counters == whole.counters
@@ -76,5 +76,5 @@ def test_the_outcome_is_that_of_the_film_without_its_pictures():
     short, soon = outcome(script)
     assert short.detections == whole.detections
     assert short.frames == whole.frames - 30 * script.ending + 1
-    assert soon.seconds < moment.seconds
-    assert not moment.wrong.any()
+    assert soon.seconds < state.seconds
+    assert not state.wrong.any()

@@ -26,16 +26,16 @@ caption = "Away with it"
 
 
 @pytest.fixture
-def moments(monkeypatch) -> list[RenderState]:
-    """The moments of which pictures would be made, in place of the pictures."""
+def states(monkeypatch) -> list[RenderState]:
+    """The states of which pictures would be made, in place of the pictures."""
     kept: list[RenderState] = []
 
     class Recorder:
         def __init__(self, scene, height):
             pass
 
-        def frame(self, moment):
-            kept.append(moment)
+        def frame(self, state):
+            kept.append(state)
             return np.zeros((2, 2, 3), dtype=np.uint8)
 
     monkeypatch.setattr(film_module, "GameFrames", Recorder)
@@ -43,19 +43,19 @@ def moments(monkeypatch) -> list[RenderState]:
 
 
 @pytest.mark.parametrize("name", ["demonstration-1", "demonstration-2"])
-def test_a_demonstration_ends_as_the_paper_says_with_every_label_on_its_own_building(moments, name):
+def test_a_demonstration_ends_as_the_paper_says_with_every_label_on_its_own_building(states, name):
     screening = ScriptRecorder(load_script(name))
     list(screening.frames())
     film = screening.film
     assert film.right == len(film.detections) == {"demonstration-1": 7, "demonstration-2": 5}[name]
-    last = moments[-1]
+    last = states[-1]
     assert not last.wrong.any()
     np.testing.assert_allclose(last.believed.position, last.truth.position, atol=1e-6)
 
 
-def test_demonstration_1_leaves_the_buildings_as_in_figure_17b(moments):
+def test_demonstration_1_leaves_the_buildings_as_in_figure_17b(states):
     list(ScriptRecorder(load_script("demonstration-1")).frames())
-    before, after = moments[0].truth, moments[-1].truth
+    before, after = states[0].truth, states[-1].truth
     place = {label: after.position[after.index(label)] for label in after.labels}
     was = {label: before.position[before.index(label)] for label in before.labels}
     np.testing.assert_allclose(place["blue-coop"], was["cyan-hutch"], atol=0.03)
@@ -65,9 +65,9 @@ def test_demonstration_1_leaves_the_buildings_as_in_figure_17b(moments):
     assert 0.02 < place["yellow-coop"][1] - was["yellow-coop"][1] < 0.1
 
 
-def test_demonstration_2_swaps_and_turns_as_in_figure_18b(moments):
+def test_demonstration_2_swaps_and_turns_as_in_figure_18b(states):
     list(ScriptRecorder(load_script("demonstration-2")).frames())
-    before, after = moments[0].truth, moments[-1].truth
+    before, after = states[0].truth, states[-1].truth
     orange, white = after.index("orange-coop"), after.index("white-hutch")
     np.testing.assert_allclose(after.position[orange], before.position[white], atol=0.03)
     np.testing.assert_allclose(after.position[white], before.position[orange], atol=0.03)
@@ -75,28 +75,28 @@ def test_demonstration_2_swaps_and_turns_as_in_figure_18b(moments):
     assert np.all(np.rad2deg(turned) > 20)
 
 
-def test_animals_and_time_stand_still_while_the_hand_is_in_view(moments):
+def test_animals_and_time_stand_still_while_the_hand_is_in_view(states):
     list(ScriptRecorder(load_script("demonstration-1")).frames())
-    frozen = [moment for moment in moments if moment.phase == "hand"]
+    frozen = [state for state in states if state.phase == "hand"]
     assert len(frozen) > 60
-    assert len({moment.seconds for moment in frozen}) == 1
-    for moment in frozen:
-        np.testing.assert_array_equal(moment.animal, frozen[0].animal)
+    assert len({state.seconds for state in frozen}) == 1
+    for state in frozen:
+        np.testing.assert_array_equal(state.animal, frozen[0].animal)
 
 
-def test_the_belief_does_not_change_before_the_snapshot(moments):
+def test_the_belief_does_not_change_before_the_snapshot(states):
     list(ScriptRecorder(load_script("demonstration-1")).frames())
-    frozen = [moment for moment in moments if moment.phase == "hand"]
+    frozen = [state for state in states if state.phase == "hand"]
     np.testing.assert_array_equal(frozen[-1].believed.position, frozen[0].believed.position)
 
 
-def test_the_same_script_is_filmed_the_same_way(moments, tmp_path):
+def test_the_same_script_is_filmed_the_same_way(states, tmp_path):
     path = tmp_path / "short.toml"
     path.write_text(SHORT)
     for _ in range(2):
         list(ScriptRecorder(load_script(path)).frames())
-    half = len(moments) // 2
-    for a, b in zip(moments[:half], moments[half:], strict=True):
+    half = len(states) // 2
+    for a, b in zip(states[:half], states[half:], strict=True):
         np.testing.assert_array_equal(a.animal, b.animal)
         np.testing.assert_array_equal(a.truth.position, b.truth.position)
         np.testing.assert_array_equal(a.camera.position, b.camera.position)

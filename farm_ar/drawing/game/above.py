@@ -50,9 +50,9 @@ _LETTER_PX = 11.3
 
 
 class TableFromAbove:
-    """Draws moments of a game on one scene, seen from above: x to the right, z up, the player at the bottom.
+    """Draws states of a game on one scene, seen from above: x to the right, z up, the player at the bottom.
 
-    Equal moments give equal bytes.
+    Equal states give equal bytes.
 
     Args:
         scene: the table.
@@ -74,12 +74,12 @@ class TableFromAbove:
         self._arranged: tuple[object, LabelPlacement] | None = None
 
     def draw(
-        self, moment: RenderState, labels: bool = True, beliefs: bool = True, out: Image | None = None
+        self, state: RenderState, labels: bool = True, beliefs: bool = True, out: Image | None = None
     ) -> Image:
-        """The picture of a moment.
+        """The picture of a state.
 
         Args:
-            moment: of this drawer's scene.
+            state: of this drawer's scene.
             labels: whether anything is written: labels, the bar at the top, the score.
             beliefs: whether it shows what the game believes: labels stand where it believes them to be,
                 outlines where that is not so, and what is wrong is red. Otherwise labels stand by the truth.
@@ -90,18 +90,18 @@ class TableFromAbove:
         """
         image = np.empty_like(self._background) if out is None else out
         np.copyto(image, self._background)
-        frozen = moment.phase == "hand"
-        self._draw_things(image, moment, frozen)
+        frozen = state.phase == "hand"
+        self._draw_things(image, state, frozen)
         if frozen:
             freeze(image)
-        self._camera.draw(image, moment.camera)
-        self._name_sites(image, moment.camera)
+        self._camera.draw(image, state.camera)
+        self._name_sites(image, state.camera)
         if beliefs:
-            draw_beliefs(image, moment, self.viewport, self._colours)
-        if moment.hand is not None:
-            draw_hand(image, moment.hand, self.viewport)
+            draw_beliefs(image, state, self.viewport, self._colours)
+        if state.hand is not None:
+            draw_hand(image, state.hand, self.viewport)
         if labels:
-            self._draw_labels(image, moment, beliefs)
+            self._draw_labels(image, state, beliefs)
         return image
 
     @cached_property
@@ -117,28 +117,28 @@ class TableFromAbove:
     def _pixel_observation(self) -> PixelObservation:
         return PixelObservation(self.scene, self.size)
 
-    def draw_pixel_observation(self, moment: RenderState, beliefs: bool) -> Image:
-        """The picture of a moment in the same size, without words, as `PixelObservation` draws it."""
-        return self._pixel_observation.draw(moment, beliefs)
+    def draw_pixel_observation(self, state: RenderState, beliefs: bool) -> Image:
+        """The picture of a state in the same size, without words, as `PixelObservation` draws it."""
+        return self._pixel_observation.draw(state, beliefs)
 
-    def label_placement(self, moment: RenderState, beliefs: bool = True) -> LabelPlacement:
+    def label_placement(self, state: RenderState, beliefs: bool = True) -> LabelPlacement:
         """Where the label boxes lie that `draw` would draw."""
-        layout = moment.believed if beliefs else moment.truth
+        layout = state.believed if beliefs else state.truth
         index = [int(i) for i in np.flatnonzero(layout.movable)]
-        rooms = [box_size(moment, i, self._letter, beliefs) for i in index]
-        key = (layout.position.tobytes(), layout.yaw.tobytes(), tuple(rooms))
+        sizes = [box_size(state, i, self._letter, beliefs) for i in index]
+        key = (layout.position.tobytes(), layout.yaw.tobytes(), tuple(sizes))
         if self._arranged is None or self._arranged[0] != key:
-            self._arranged = key, self._arrange(layout, index, rooms)
+            self._arranged = key, self._arrange(layout, index, sizes)
         return self._arranged[1]
 
-    def _arrange(self, layout: Layout, index: list[int], rooms: list[tuple[int, int]]) -> LabelPlacement:
+    def _arrange(self, layout: Layout, index: list[int], sizes: list[tuple[int, int]]) -> LabelPlacement:
         corners = self.viewport.pixels(footprint_corners(layout.position, layout.yaw, layout.size))
         low, high = corners.min(axis=1), corners.max(axis=1)
         width, height = self.size
         bounds = np.array([2, self._header + 2, width - 2, height - 2], dtype=np.float64)
         avoid = np.vstack([np.hstack([low, high])[layout.fixed], self._crowded(layout), self._site_boxes()])
         anchor = self.viewport.pixels(layout.position[index])
-        boxes = place_boxes(np.array(rooms), anchor, ((high - low) / 2)[index], avoid, bounds)
+        boxes = place_boxes(np.array(sizes), anchor, ((high - low) / 2)[index], avoid, bounds)
         return LabelPlacement(index, boxes, anchor)
 
     def _crowded(self, layout: Layout) -> FloatArray:
@@ -216,16 +216,16 @@ class TableFromAbove:
             return PAPER, (72, 104, 52)
         return darker(_CELL_LINES, 0.45), ground.ROOM
 
-    def _draw_things(self, image: Image, moment: RenderState, frozen: bool) -> None:
+    def _draw_things(self, image: Image, state: RenderState, frozen: bool) -> None:
         """What is alive around the buildings, the animals, in ice if they are frozen, and the buildings."""
-        living = self.scenery.living(moment.seconds)
+        living = self.scenery.living(state.seconds)
         around = [self._atlas.number(placed.thing.above) for placed in living]
-        numbers, place, yaw = self._animals[moment.animal_goal], moment.animal, moment.animal_heading
+        numbers, place, yaw = self._animals[state.animal_goal], state.animal, state.animal_heading
         if frozen:
             numbers = np.stack([numbers, np.full_like(numbers, self._ice)], axis=1).reshape(-1)
             place = np.repeat(place, 2, axis=0)
             yaw = np.stack([yaw, np.zeros_like(yaw)], axis=1).reshape(-1)
-        order, truth = self._large_first, moment.truth
+        order, truth = self._large_first, state.truth
         art = np.concatenate([np.array(around, np.int64), numbers, self._roofs])
         places = np.concatenate(
             [np.array([p.position for p in living]).reshape(-1, 2), place, truth.position[order]]
@@ -267,14 +267,14 @@ class TableFromAbove:
             arts.append(self._atlas.number(roof(layout.category[i], colour, width, depth)))
         return np.array(arts, dtype=np.int64)
 
-    def _draw_labels(self, image: Image, moment: RenderState, beliefs: bool) -> None:
-        placement = self.label_placement(moment, beliefs)
+    def _draw_labels(self, image: Image, state: RenderState, beliefs: bool) -> None:
+        placement = self.label_placement(state, beliefs)
         draw_leaders(image, placement, [self._colours[i] for i in placement.index], self.unit)
         for i, box in zip(placement.index, placement.box, strict=True):
-            wrong = beliefs and bool(moment.wrong[i])
-            draw_label_box(image, box_text(moment, i), box, self._colours[i], self._letter, wrong)
-        draw_score(image, moment, beliefs, self.unit)
+            wrong = beliefs and bool(state.wrong[i])
+            draw_label_box(image, box_text(state, i), box, self._colours[i], self._letter, wrong)
+        draw_score(image, state, beliefs, self.unit)
         if beliefs and ground.is_farm(self.scene):
             draw_legend(image, self.unit)
         if self._header:
-            draw_header(image, moment)
+            draw_header(image, state)

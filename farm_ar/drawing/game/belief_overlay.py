@@ -17,19 +17,17 @@ _GLASS = 0.22
 _FARTHEST_PX = 4000.0
 
 
-def draw_belief_overlay(
-    image: Image, moment: RenderState, view: Pinhole, colours: tuple[Colour, ...]
-) -> None:
+def draw_belief_overlay(image: Image, state: RenderState, view: Pinhole, colours: tuple[Colour, ...]) -> None:
     """Outline every object that is not where its label is believed to be, in the label's colour, there.
 
     Args:
         image: to draw on.
-        moment: what is true and what is believed; whether a label is wrong does not show.
+        state: what is true and what is believed; whether a label is wrong does not show.
         view: the camera.
         colours: of the labels.
     """
-    believed = moment.believed
-    index = np.flatnonzero(displaced(moment))
+    believed = state.believed
+    index = np.flatnonzero(displaced(state))
     if not len(index):
         return
     thick = max(1, round(1.1 * image.shape[0] / 480))

@@ -47,18 +47,18 @@ class FloatingLabels:
         self._top = top
         self._seen: tuple[Camera, Layout, tuple[int, ...], list[int], FloatArray] | None = None
 
-    def draw(self, image: Image, moment: RenderState, view: Pinhole) -> None:
+    def draw(self, image: Image, state: RenderState, view: Pinhole) -> None:
         """Write the labels.
 
         Args:
             image: to draw on.
-            moment: what is believed, and the counters.
+            state: what is believed, and the counters.
             view: the camera.
         """
         unit = image.shape[0] / 480
         letter = max(9, round(_LETTER_PX * unit))
-        index, roof = self._in_picture(moment, view, image.shape)
-        tags = [_tag(box_text(moment, i), self._bright[i], letter) for i in index]
+        index, roof = self._in_picture(state, view, image.shape)
+        tags = [_tag(box_text(state, i), self._bright[i], letter) for i in index]
         half = np.array([tag.pixels.shape[1] / 2 for tag in tags])
         middle = np.clip(roof[:, 0], half, np.maximum(image.shape[1] - half, half))
         line = float(_tag("", INK, letter).pixels.shape[0] + 1)
@@ -75,13 +75,13 @@ class FloatingLabels:
             paste(image, pixels, begins[k][0] - pixels.shape[1] // 2, begins[k][1] + tags[k].top)
 
     def _in_picture(
-        self, moment: RenderState, view: Pinhole, shape: tuple[int, ...]
+        self, state: RenderState, view: Pinhole, shape: tuple[int, ...]
     ) -> tuple[list[int], FloatArray]:
         """As `_in_picture`, and kept for as long as neither the head nor the belief changes."""
         seen = self._seen
-        if seen is None or seen[0] is not moment.camera or seen[1] is not moment.believed or seen[2] != shape:
-            found = _in_picture(moment, view, shape[1], shape[0])
-            self._seen = seen = moment.camera, moment.believed, shape, *found
+        if seen is None or seen[0] is not state.camera or seen[1] is not state.believed or seen[2] != shape:
+            found = _in_picture(state, view, shape[1], shape[0])
+            self._seen = seen = state.camera, state.believed, shape, *found
         return seen[3], seen[4]
 
 
@@ -124,13 +124,13 @@ def stack(
     return np.array(rows)
 
 
-def _in_picture(moment: RenderState, view: Pinhole, width: int, height: int) -> tuple[list[int], FloatArray]:
+def _in_picture(state: RenderState, view: Pinhole, width: int, height: int) -> tuple[list[int], FloatArray]:
     """The labels believed to be in the picture, the nearest first, and (L, 2) pixels of their roofs."""
-    layout = moment.believed
+    layout = state.believed
     top = np.insert(layout.position, 1, layout.elevation + layout.size[:, 1], axis=1)
     frame = view.frame(top)
     pixels = view.pixels(frame)
-    near = np.linalg.norm(layout.position - moment.camera.position, axis=1) <= moment.camera.fov.range_m
+    near = np.linalg.norm(layout.position - state.camera.position, axis=1) <= state.camera.fov.range_m
     inside = near & ((pixels >= 0) & (pixels <= [width, height + 30])).all(axis=1) & (frame[:, 2] > 0.05)
     index = np.flatnonzero(inside & layout.movable)
     # The order must not change with every small turn of the head.

@@ -19,7 +19,7 @@ _GAP_PX, _GAP_COLOUR = 4, 18
 
 
 class GameFrames:
-    """Draws moments of a game as frames of a film; width and height are even.
+    """Draws states of a game as frames of a film; width and height are even.
 
     Args:
         scene: the table.
@@ -40,22 +40,22 @@ class GameFrames:
         self._panes = [np.empty((pane, width, 3), np.uint8) for width in (wide, pane)]
         self.size = (wide + _GAP_PX + pane, height)
 
-    def frame(self, moment: RenderState, labels: bool = True, beliefs: bool = True) -> Image:
-        """The frame of a moment, (height, width, 3) red, green, blue.
+    def frame(self, state: RenderState, labels: bool = True, beliefs: bool = True) -> Image:
+        """The frame of a state, (height, width, 3) red, green, blue.
 
         Args:
-            moment: of this drawer's scene.
+            state: of this drawer's scene.
             labels: as `TableFromAbove.draw` takes them, for the pane from above.
             beliefs: likewise.
         """
         width, height = self.size
         frame = np.empty((height, width, 3), np.uint8)
-        above = self._above.draw(moment, labels, beliefs, self._panes[0])
-        headset = self._headset.draw(moment, self._panes[1])
+        above = self._above.draw(state, labels, beliefs, self._panes[0])
+        headset = self._headset.draw(state, self._panes[1])
         frame[:, above.shape[1] : above.shape[1] + _GAP_PX] = _GAP_COLOUR
         frame[self._bar :, : above.shape[1]] = above
         frame[self._bar :, above.shape[1] + _GAP_PX :] = headset
-        draw_header(frame, moment)
+        draw_header(frame, state)
         self._name_panes(frame, above.shape[1])
         return frame
 

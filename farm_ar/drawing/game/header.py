@@ -26,13 +26,13 @@ def header_height(picture_height: int) -> int:
     return 2 * round(12 * picture_height / 480)
 
 
-def draw_header(image: Image, moment: RenderState, unit: float | None = None) -> None:
+def draw_header(image: Image, state: RenderState, unit: float | None = None) -> None:
     """The bar across the top of a picture: phase at the left, caption in the middle, time at the right."""
     unit = image.shape[0] / 480 if unit is None else unit
-    frozen = moment.phase == "hand"
-    words = (FROZEN_TEXT if len(moment.animal) else HAND_TEXT) if frozen else PLAY_TEXT
-    time = f"{int(moment.seconds) // 60}:{int(moment.seconds) % 60:02d}"
-    bar = _bar(words, frozen, moment.caption, time, image.shape[1], unit)
+    frozen = state.phase == "hand"
+    words = (FROZEN_TEXT if len(state.animal) else HAND_TEXT) if frozen else PLAY_TEXT
+    time = f"{int(state.seconds) // 60}:{int(state.seconds) % 60:02d}"
+    bar = _bar(words, frozen, state.caption, time, image.shape[1], unit)
     image[: len(bar)] = bar
 
 
@@ -64,15 +64,15 @@ def _draw_phase(image: Image, words: str, frozen: bool, height: int, letter: int
     return end
 
 
-def draw_score(image: Image, moment: RenderState, beliefs: bool, unit: float) -> None:
+def draw_score(image: Image, state: RenderState, beliefs: bool, unit: float) -> None:
     """How many labels are wrong and how many animals were miscounted, in the lower left corner."""
     letter = max(8, round(11 * unit))
     rows = []
     if beliefs:
-        count = int(moment.wrong.sum())
+        count = int(state.wrong.sum())
         rows.append((f"wrong labels {count}", count))
-    if moment.misplaced is not None:
-        count = int(moment.misplaced.sum())
+    if state.misplaced is not None:
+        count = int(state.misplaced.sum())
         rows.append((f"miscounted {count}", count))
     line = round(1.35 * letter)
     for k, (text, count) in enumerate(reversed(rows)):

@@ -28,7 +28,7 @@ _ICE = ice_block(0.55 * animals.LENGTH_M, 0.45 * animals.LENGTH_M)
 
 
 class HeadsetView:
-    """Draws moments of a game as the headset's camera sees them; equal moments give equal bytes.
+    """Draws states of a game as the headset's camera sees them; equal states give equal bytes.
 
     It shows what the player sees: labels float where the game believes them, right or wrong. Besides, for
     whoever watches, where an object is not where its label is believed, its outline stands there.
@@ -60,28 +60,28 @@ class HeadsetView:
         self._animals = np.array([self._facing_both_ways(i) for i in range(len(self._colours))], np.int64)
         self._ice = self._atlas.number(_ICE)
 
-    def draw(self, moment: RenderState, out: Image | None = None) -> Image:
-        """The picture of a moment, (H, W, 3) red, green, blue.
+    def draw(self, state: RenderState, out: Image | None = None) -> Image:
+        """The picture of a state, (H, W, 3) red, green, blue.
 
         Args:
-            moment: of this drawer's scene.
+            state: of this drawer's scene.
             out: to draw on; a new picture by default.
         """
         width, height = self.size
         image = np.empty((height, width, 3), np.uint8) if out is None else out
-        view = Pinhole.of(moment.camera, width, height)
-        frozen = moment.phase == "hand"
-        away = self._static.draw(image, moment.camera, view, moment.truth)
-        self._draw_figures(image, away, moment, view, frozen)
+        view = Pinhole.of(state.camera, width, height)
+        frozen = state.phase == "hand"
+        away = self._static.draw(image, state.camera, view, state.truth)
+        self._draw_figures(image, away, state, view, frozen)
         if frozen:
             freeze(image)
-        draw_belief_overlay(image, moment, view, self._colours)
-        if moment.hand is not None:
-            draw_hand_before_eyes(image, moment.hand, view)
-        _dim_outside(image, moment.camera, view)
-        self._labels.draw(image, moment, view)
+        draw_belief_overlay(image, state, view, self._colours)
+        if state.hand is not None:
+            draw_hand_before_eyes(image, state.hand, view)
+        _dim_outside(image, state.camera, view)
+        self._labels.draw(image, state, view)
         if self._header:
-            draw_header(image, moment)
+            draw_header(image, state)
         return image
 
     def _facing_both_ways(self, label: int) -> tuple[int, int]:
@@ -91,14 +91,14 @@ class HeadsetView:
         return right, left
 
     def _draw_figures(
-        self, image: Image, away: Distances, moment: RenderState, view: Pinhole, frozen: bool
+        self, image: Image, away: Distances, state: RenderState, view: Pinhole, frozen: bool
     ) -> None:
         """What moves of itself and always faces the eye: the scenery's animals and the game's."""
-        living = self._scenery.living(moment.seconds)
-        leftwards = (np.sin(moment.animal_heading - view.yaw) < 0).astype(np.int64)
-        bunny = self._bunny[moment.animal_goal]
-        hop = np.abs(np.sin(_HOPS / 2 * moment.animal.sum(axis=1))) * np.where(bunny, 0.010, 0.003)
-        numbers, place = self._animals[moment.animal_goal, leftwards], moment.animal
+        living = self._scenery.living(state.seconds)
+        leftwards = (np.sin(state.animal_heading - view.yaw) < 0).astype(np.int64)
+        bunny = self._bunny[state.animal_goal]
+        hop = np.abs(np.sin(_HOPS / 2 * state.animal.sum(axis=1))) * np.where(bunny, 0.010, 0.003)
+        numbers, place = self._animals[state.animal_goal, leftwards], state.animal
         if frozen:
             numbers = np.stack([numbers, np.full_like(numbers, self._ice)], axis=1).reshape(-1)
             place, hop = np.repeat(place, 2, axis=0), np.repeat(hop, 2)

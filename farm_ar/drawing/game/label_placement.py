@@ -23,7 +23,7 @@ _GAP = 2
 
 @dataclass(frozen=True, eq=False)
 class LabelPlacement:
-    """Where the label boxes of a moment lie.
+    """Where the label boxes of a state lie.
 
     Args:
         index: (P,) the labels that have a box.
@@ -36,18 +36,18 @@ class LabelPlacement:
     anchor: FloatArray
 
 
-def box_text(moment: RenderState, index: int) -> str:
+def box_text(state: RenderState, index: int) -> str:
     """The text of a label's box: with its counter where there is one."""
-    label, category = moment.believed.labels[index], moment.believed.category[index]
-    return label if moment.counts is None else _written(label, category, int(moment.counts[index]))
+    label, category = state.believed.labels[index], state.believed.category[index]
+    return label if state.counts is None else _written(label, category, int(state.counts[index]))
 
 
-def box_size(moment: RenderState, index: int, letter: int, beliefs: bool = True) -> tuple[int, int]:
+def box_size(state: RenderState, index: int, letter: int, beliefs: bool = True) -> tuple[int, int]:
     """Width and height of a label's box, pixels; with room for two digits, so that it seldom grows."""
-    text = box_text(moment, index)
-    if moment.counts is not None and int(moment.counts[index]) < 10:
-        text = text.replace(f"({int(moment.counts[index])})", "(00)")
-    wrong = beliefs and bool(moment.wrong[index])
+    text = box_text(state, index)
+    if state.counts is not None and int(state.counts[index]) < 10:
+        text = text.replace(f"({int(state.counts[index])})", "(00)")
+    wrong = beliefs and bool(state.wrong[index])
     height = letter + max(4, letter // 2 - 1) + 2 * _frame(letter, wrong)
     width = text_width(text, letter, BOLD) + letter - 2 + 2 * _frame(letter, wrong)
     return width + _flag(height) * wrong, height

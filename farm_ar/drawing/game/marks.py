@@ -57,40 +57,40 @@ def _wedge(camera: Camera, viewport: Viewport) -> FloatArray:
     )
 
 
-def draw_beliefs(image: Image, moment: RenderState, viewport: Viewport, colours: tuple[Colour, ...]) -> None:
+def draw_beliefs(image: Image, state: RenderState, viewport: Viewport, colours: tuple[Colour, ...]) -> None:
     """Outlines where a label is believed but its object is not, with a dashed line to where that is.
 
     Args:
         image: to draw on.
-        moment: what is true and what is believed.
+        state: what is true and what is believed.
         viewport: what the picture shows.
         colours: of the labels; what is wrong is red besides.
     """
-    believed, truth = moment.believed, moment.truth
+    believed, truth = state.believed, state.truth
     unit = viewport.height / 480
     thick = max(1, round(1.3 * unit))
     corners = viewport.pixels(footprint_corners(believed.position, believed.yaw, believed.size))
     start, end = viewport.pixels(believed.position), viewport.pixels(truth.position)
-    for i in np.flatnonzero(differs(moment)):
+    for i in np.flatnonzero(differs(state)):
         colour, dark = colours[i], darker(colours[i], 0.6)
         dashed_line(image, start[i], end[i], dark, thick + 2, 5 * unit)
         dashed_line(image, start[i], end[i], colour, thick, 5 * unit)
         tint_area(image, corners[i], colour, 0.34)
         outline(image, corners[i], dark, thick + 2)
         outline(image, corners[i], colour, thick)
-    for i in np.flatnonzero(moment.wrong):
+    for i in np.flatnonzero(state.wrong):
         outline(image, corners[i], WRONG, thick + 1)
 
 
-def differs(moment: RenderState) -> BoolArray:
+def differs(state: RenderState) -> BoolArray:
     """(N,) labels that are wrong, or whose object is not where it is believed to be."""
-    return displaced(moment) | moment.wrong
+    return displaced(state) | state.wrong
 
 
-def displaced(moment: RenderState) -> BoolArray:
+def displaced(state: RenderState) -> BoolArray:
     """(N,) labels whose object is not where it is believed to be."""
-    believed, truth = moment.believed, moment.truth
+    believed, truth = state.believed, state.truth
     apart = np.linalg.norm(believed.position - truth.position, axis=1)
     turned = np.abs(wrap(believed.yaw - truth.yaw))
-    different: BoolArray = (apart > _FAR * moment.scene.diagonal) | (turned > _TURNED)
+    different: BoolArray = (apart > _FAR * state.scene.diagonal) | (turned > _TURNED)
     return different

@@ -24,7 +24,7 @@ _ARC_POINTS = 12
 class PixelObservation:
     """Draws states of a game without text: buildings by category, headings, view, hand, believed labels.
 
-    The table fills the picture; equal moments give equal bytes.
+    The table fills the picture; equal states give equal bytes.
 
     Args:
         scene: the table.
@@ -44,23 +44,23 @@ class PixelObservation:
         self._paint = [category_colour(name, categories) for name in scene.layout.category]
         self._colours = label_colours(scene.layout.labels)
 
-    def draw(self, moment: RenderState, beliefs: bool) -> Image:
-        """The picture of a moment, (H, W, 3) red, green, blue.
+    def draw(self, state: RenderState, beliefs: bool) -> Image:
+        """The picture of a state, (H, W, 3) red, green, blue.
 
         Args:
-            moment: of this drawer's scene.
+            state: of this drawer's scene.
             beliefs: whether the outline of each label is drawn, in its colour, where the game believes it.
         """
         image = self._background.copy()
-        self._draw_view(image, moment.camera)
-        self._draw_things(image, moment.truth)
+        self._draw_view(image, state.camera)
+        self._draw_things(image, state.truth)
         if beliefs:
-            self._draw_beliefs(image, moment.believed)
-        if moment.hand is not None:
-            x, y = self.viewport.pixels(moment.hand.position).tolist()
+            self._draw_beliefs(image, state.believed)
+        if state.hand is not None:
+            x, y = self.viewport.pixels(state.hand.position).tolist()
             radius = HAND_RADIUS * self.viewport.scale * (1 << SHIFT)
             centre = fixed_point(np.array([x, y])).tolist()
-            thickness = 1 if moment.hand.raised else -1
+            thickness = 1 if state.hand.raised else -1
             cv2.circle(image, centre, round(radius), SKIN, thickness, cv2.LINE_AA, SHIFT)
         return image
 

@@ -24,22 +24,22 @@ def start(scene: Scene = FARM, camera: Camera = FACING_S1) -> RenderState:
     )
 
 
-def exchanged(moment: RenderState, *labels: str) -> RenderState:
+def exchanged(state: RenderState, *labels: str) -> RenderState:
     """The same, but two labels are believed in each other's place."""
-    layout = moment.believed
+    layout = state.believed
     i, j = (layout.index(label) for label in labels)
     order = np.arange(len(layout))
     order[[i, j]] = j, i
-    wrong = np.array(moment.wrong)
+    wrong = np.array(state.wrong)
     wrong[[i, j]] = True
-    return replace(moment, believed=layout.with_poses(layout.position[order], layout.yaw[order]), wrong=wrong)
+    return replace(state, believed=layout.with_poses(layout.position[order], layout.yaw[order]), wrong=wrong)
 
 
-def with_animals(moment: RenderState, count: int = 30) -> RenderState:
+def with_animals(state: RenderState, count: int = 30) -> RenderState:
     rng = np.random.default_rng(0)
     places = np.array([0.62, 0.2]) + rng.uniform(-0.08, 0.08, size=(count, 2))
     goal = np.arange(count) % 10
-    return replace(moment, animal=places, animal_heading=rng.uniform(-3, 3, count), animal_goal=goal)
+    return replace(state, animal=places, animal_heading=rng.uniform(-3, 3, count), animal_goal=goal)
 
 
 def share_of(image: Image, colour: tuple[int, int, int], tolerance: int = 12) -> float:
@@ -56,10 +56,10 @@ def test_a_picture_has_the_size_asked_for_and_is_rgb():
 
 
 def test_equal_moments_give_equal_bytes_from_any_drawer():
-    moment = with_animals(exchanged(start(), "blue-coop", "red-coop"))
+    state = with_animals(exchanged(start(), "blue-coop", "red-coop"))
     first = TableFromAbove(FARM)
     first.draw(start())
-    assert first.draw(moment).tobytes() == TableFromAbove(FARM).draw(moment).tobytes()
+    assert first.draw(state).tobytes() == TableFromAbove(FARM).draw(state).tobytes()
 
 
 @pytest.mark.parametrize("labels", [True, False])
@@ -72,11 +72,11 @@ def test_a_wrong_label_is_red_and_a_right_one_is_not(labels: bool):
 
 
 def test_a_belief_that_differs_from_the_truth_has_an_outline_in_its_colour():
-    moment = start()
+    state = start()
     i = FARM.layout.index("cyan-hutch")
     position = FARM.layout.position.copy()
     position[i] += [0.4, -0.1]
-    moved = replace(moment, believed=FARM.layout.with_poses(position, FARM.layout.yaw))
+    moved = replace(state, believed=FARM.layout.with_poses(position, FARM.layout.yaw))
     drawer = TableFromAbove(FARM)
     x, y = drawer.viewport.pixels(position[i] + np.array([-0.02, 0.01])).astype(int)
     cyan = label_colours(["cyan-hutch"])[0]
@@ -103,9 +103,9 @@ def test_without_labels_nothing_is_written():
 
 def test_a_frozen_picture_is_blue_and_says_so_and_its_animals_stay():
     drawer = TableFromAbove(FARM)
-    moment = with_animals(start())
-    frozen = replace(moment, phase="hand")
-    play, ice = drawer.draw(moment), drawer.draw(frozen)
+    state = with_animals(start())
+    frozen = replace(state, phase="hand")
+    play, ice = drawer.draw(state), drawer.draw(frozen)
     assert share_of(ice[:24], ICE) > 0.2 > share_of(play[:24], ICE)
     table = np.s_[60:320, 100:540]
     bluer = ice[table].astype(int)[..., 2] - play[table].astype(int)[..., 2]
@@ -140,10 +140,10 @@ def test_what_is_in_view_is_lighter_than_what_is_not():
 @pytest.mark.parametrize("name", ["farm", "L1", "H1", "H2"])
 def test_labels_lie_in_the_picture_and_none_over_another(name: str):
     scene = builtin_scene(name)
-    moment = start(scene, Camera(np.array(scene.size) / 2, 0.3))
+    state = start(scene, Camera(np.array(scene.size) / 2, 0.3))
     if name != "farm":
-        moment = replace(moment, counts=None, misplaced=None)
-    box = TableFromAbove(scene).label_placement(moment).box
+        state = replace(state, counts=None, misplaced=None)
+    box = TableFromAbove(scene).label_placement(state).box
     assert len(box) == scene.layout.movable.sum()
     for k, (left, top, right, bottom) in enumerate(box):
         assert left >= 0
@@ -156,10 +156,10 @@ def test_labels_lie_in_the_picture_and_none_over_another(name: str):
 
 
 def test_labels_stay_where_they_are_while_counters_rise_and_buildings_are_moved():
-    drawer, moment = TableFromAbove(FARM), replace(start(), counts=np.full(11, 8))
-    before = drawer.label_placement(moment).box
+    drawer, state = TableFromAbove(FARM), replace(start(), counts=np.full(11, 8))
+    before = drawer.label_placement(state).box
     truth = FARM.layout.with_poses(FARM.layout.position + 0.01, FARM.layout.yaw)
-    later = replace(moment, counts=np.full(11, 12), truth=truth, phase="hand", hand=HAND)
+    later = replace(state, counts=np.full(11, 12), truth=truth, phase="hand", hand=HAND)
     assert np.array_equal(drawer.label_placement(later).box, before)
 
 
@@ -189,14 +189,14 @@ def test_the_small_picture_shows_belief_only_when_asked_to(name: str):
     scene = builtin_scene(name)
     width = round(96 * scene.size[0] / scene.size[1])
     drawer = TableFromAbove(scene, (width, 96))
-    moment = start(scene, Camera(np.array(scene.size) / 2, 0.3))
+    state = start(scene, Camera(np.array(scene.size) / 2, 0.3))
     elsewhere = scene.layout.with_poses(scene.layout.position[::-1], scene.layout.yaw)
-    believing = replace(moment, believed=elsewhere)
-    small = drawer.draw_pixel_observation(moment, beliefs=False)
+    believing = replace(state, believed=elsewhere)
+    small = drawer.draw_pixel_observation(state, beliefs=False)
     assert small.shape == (96, width, 3)
     assert np.array_equal(small, drawer.draw_pixel_observation(believing, beliefs=False))
     assert not np.array_equal(
-        drawer.draw_pixel_observation(moment, True), drawer.draw_pixel_observation(believing, True)
+        drawer.draw_pixel_observation(state, True), drawer.draw_pixel_observation(believing, True)
     )
 
 
@@ -210,15 +210,15 @@ def test_the_small_picture_hides_which_label_a_building_has():
 
 
 def test_the_small_picture_shows_truth_heading_view_and_hand():
-    drawer, moment = PixelObservation(FARM), start()
+    drawer, state = PixelObservation(FARM), start()
     layout = FARM.layout
     changes = [
-        replace(moment, truth=layout.with_poses(layout.position + 0.02, layout.yaw)),
-        replace(moment, truth=layout.with_poses(layout.position, layout.yaw + np.pi)),
-        replace(moment, camera=FACING_S4),
-        replace(moment, hand=replace(HAND, raised=False)),
+        replace(state, truth=layout.with_poses(layout.position + 0.02, layout.yaw)),
+        replace(state, truth=layout.with_poses(layout.position, layout.yaw + np.pi)),
+        replace(state, camera=FACING_S4),
+        replace(state, hand=replace(HAND, raised=False)),
     ]
-    first = drawer.draw(moment, False)
+    first = drawer.draw(state, False)
     assert first.shape == (96, 144, 3)
     for change in changes:
         assert not np.array_equal(first, drawer.draw(change, False))

@@ -37,14 +37,14 @@ def test_a_height_that_films_cannot_have_is_refused(height: int):
 
 def test_the_bar_tells_phase_caption_and_time():
     drawer = GameFrames(FARM)
-    moment = start()
+    state = start()
     bars = [
         drawer.frame(m)[:24].tobytes()
         for m in (
-            moment,
-            replace(moment, phase="hand"),
-            replace(moment, caption="The yellow coop is pushed away"),
-            replace(moment, seconds=61.0),
+            state,
+            replace(state, phase="hand"),
+            replace(state, caption="The yellow coop is pushed away"),
+            replace(state, seconds=61.0),
         )
     ]
     assert len(set(bars)) == 4

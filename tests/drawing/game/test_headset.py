@@ -102,21 +102,21 @@ def test_a_label_floats_only_where_it_is_believed_in_view(camera: Camera, label:
     drawer, counts = HeadsetView(FARM), np.zeros(len(FARM.layout), dtype=int)
     counts[FARM.layout.index(label)] = 55
     for gaze in (FACING_S1, FACING_S4):
-        moment = start(camera=gaze)
-        counted = replace(moment, counts=counts)
-        blank = replace(moment, counts=np.zeros_like(counts))
+        state = start(camera=gaze)
+        counted = replace(state, counts=counts)
+        blank = replace(state, counts=np.zeros_like(counts))
         seen = not np.array_equal(drawer.draw(counted), drawer.draw(blank))
         assert seen == (gaze is camera)
 
 
 def test_a_label_beyond_the_range_of_the_view_does_not_float():
     short = replace(FACING_S1, fov=FieldOfView(FACING_S1.fov.left, FACING_S1.fov.right, 0.65))
-    drawer, moment = HeadsetView(FARM), start(camera=short)
+    drawer, state = HeadsetView(FARM), start(camera=short)
     for label, seen in (("yellow-coop", False), ("cyan-hutch", True)):
         counts = np.zeros(len(FARM.layout), dtype=int)
         counts[FARM.layout.index(label)] = 55
-        blank = drawer.draw(replace(moment, counts=np.zeros_like(counts)))
-        assert np.array_equal(drawer.draw(replace(moment, counts=counts)), blank) != seen
+        blank = drawer.draw(replace(state, counts=np.zeros_like(counts)))
+        assert np.array_equal(drawer.draw(replace(state, counts=counts)), blank) != seen
 
 
 def test_the_headset_does_not_know_that_a_label_is_wrong():
@@ -228,11 +228,11 @@ def test_a_building_hides_an_animal_behind_it_but_not_one_before_it():
 
 
 def test_what_is_kept_from_the_picture_before_does_not_show():
-    drawer, moment = HeadsetView(FARM), start()
+    drawer, state = HeadsetView(FARM), start()
     layout = FARM.layout
     position = layout.position.copy()
     position[1] += [0.1, -0.1]
-    moved = replace(moment, truth=layout.with_poses(position, layout.yaw))
-    turned = replace(moment, truth=layout.with_poses(layout.position, layout.yaw + 0.3))
-    for other in (moved, turned, start(camera=FACING_S4), moment, moved):
+    moved = replace(state, truth=layout.with_poses(position, layout.yaw))
+    turned = replace(state, truth=layout.with_poses(layout.position, layout.yaw + 0.3))
+    for other in (moved, turned, start(camera=FACING_S4), state, moved):
         assert np.array_equal(drawer.draw(other), HeadsetView(FARM).draw(other))
