@@ -35,10 +35,19 @@ def same(first: IntArray, second: IntArray) -> bool:
 
 
 @settings(deadline=None, max_examples=20 * settings().max_examples // 50)
-@given(SEEDS, st.sampled_from([0.0, 0.001, 0.02, 0.05]))
-def test_objects_far_apart_are_told_apart_whatever_the_noise_of_detecting(seed: int, sd: float) -> None:
+@given(SEEDS, st.sampled_from([0.0, 0.001]))
+def test_objects_far_apart_are_told_apart(seed: int, sd: float) -> None:
     rows, truth = detected(np.random.default_rng(seed), position_sd=sd)
     assert same(associate(*rows, area=6.0).object_of, truth)
+
+
+@pytest.mark.parametrize(("sd", "least"), [(0.02, 0.99), (0.05, 0.95)])
+def test_objects_far_apart_are_nearly_always_told_apart_under_noise(sd: float, least: float) -> None:
+    right = 0
+    for seed in range(200):  # now and then a detection lies far enough off to look like one more object
+        rows, truth = detected(np.random.default_rng(seed), position_sd=sd)
+        right += same(associate(*rows, area=6.0).object_of, truth)
+    assert right >= least * 200
 
 
 @settings(deadline=None, max_examples=10 * settings().max_examples // 50)
