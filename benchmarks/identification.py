@@ -27,7 +27,7 @@ import numpy as np
 from cp_sat import solve_cp_sat
 
 from farm_ar.arrays import FloatArray, IntArray
-from farm_ar.reid import LikelihoodReid, SpatialOptions, SpatialReid, kernels
+from farm_ar.reid import LikelihoodReid, SpatialOptions, SpatialReid, assignment
 from farm_ar.reid.solvers import solve_lsap, solve_mip
 from farm_ar.scenes import (
     Camera,
@@ -54,7 +54,7 @@ BLOCK = 10
 def solve_compiled(cost: FloatArray) -> IntArray:
     n, m = cost.shape
     column = np.empty(n, dtype=np.int64)
-    kernels.assign(cost, column, np.empty(n), np.empty(m))
+    assignment.assign(cost, column, np.empty(n), np.empty(m))
     return column
 
 

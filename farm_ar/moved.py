@@ -19,6 +19,7 @@ MOVED = {
     "farm_ar.agents.training.imitating": "farm_ar.agents.training.imitation",
     "farm_ar.agents.training.muon_adam": "farm_ar.agents.training.object_policy",
     "farm_ar.envs.farm_to_table": "farm_ar.envs.env",
+    "farm_ar.reid.identification": "farm_ar.reid.base",
 }
 """The module of today by each former name under which files may know it."""
 

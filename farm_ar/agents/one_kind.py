@@ -6,8 +6,7 @@ import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.kernels import compiled
-from farm_ar.reid.kernels import assign_most
-from farm_ar.reid.margins import find_margins
+from farm_ar.reid.assignment import assign_most, find_margins, pose_cost
 
 
 @compiled
@@ -44,10 +43,10 @@ def identify_kind(
         i = rows[x]
         for y in range(len(columns)):
             j = columns[y]
-            dx = position[i, 0] - label_position[j, 0]
-            dz = position[i, 1] - label_position[j, 1]
-            turn = abs(np.sin((yaw[i] - label_yaw[j]) / 2))
-            cost[x, y] = translation_weight * np.sqrt(dx * dx + dz * dz) + rotation_weight * turn
+            at, turned = label_position[j], label_yaw[j]
+            cost[x, y] = pose_cost(
+                position[i, 0], position[i, 1], yaw[i], at, turned, translation_weight, rotation_weight
+            )
     column_of = np.empty(len(rows), dtype=np.int64)
     if len(rows) == 0:
         return rows, column_of, np.empty(0)

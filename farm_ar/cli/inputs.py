@@ -20,10 +20,10 @@ from farm_ar.reid import (
     Reidentifier,
     SpatialOptions,
     SpatialReid,
+    as_reidentifier,
     explain,
     load_reid,
 )
-from farm_ar.reid.explanations import Explains
 from farm_ar.scenes import (
     BUILTIN,
     Camera,
@@ -247,6 +247,6 @@ def explanation(rule: Reidentifier, snapshot: Snapshot, detection: str) -> str:
         OptionError: the rule does not explain itself.
         SnapshotError: there is no such detection.
     """
-    if not isinstance(rule, Explains):
+    if type(as_reidentifier(rule)).cost_terms is Reidentifier.cost_terms:
         raise OptionError("--explain", "must be with --reid spatial or likelihood", detection)
     return explain(rule, snapshot, detection).words()

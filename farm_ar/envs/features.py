@@ -15,8 +15,7 @@ from farm_ar.geometry.angles import wrap_angle
 from farm_ar.geometry.camera import Eye, sees
 from farm_ar.kernels import compiled
 from farm_ar.reid import dimension_cost
-from farm_ar.reid.kernels import assign
-from farm_ar.reid.margins import find_margins
+from farm_ar.reid.assignment import assign, find_margins
 from farm_ar.scenes import Camera, Layout, Scene
 
 if TYPE_CHECKING:

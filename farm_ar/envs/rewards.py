@@ -10,7 +10,7 @@ import numpy as np
 
 from farm_ar.envs.features import MARGIN_SCALE
 from farm_ar.reid import dimension_cost, rotation_cost, total_cost, translation_cost
-from farm_ar.reid.margins import margins
+from farm_ar.reid.assignment import margins
 
 if TYPE_CHECKING:
     from farm_ar.envs.env import FarmToTableEnv

@@ -28,12 +28,12 @@ from farm_ar.reid import (
     LikelihoodOptions,
     LikelihoodReid,
     NearestReid,
-    Reidentifier,
     ReidFactory,
+    as_reidentifier,
     batch_accuracy,
     load_reid,
 )
-from farm_ar.scenes import UNKNOWN, LayoutNoise, Scene, SnapshotBatch
+from farm_ar.scenes import LayoutNoise, Scene
 from farm_ar.sweeps import Row
 
 TRANSLATIONS = (0.1, 0.3, 0.5, 1.0)
@@ -93,27 +93,9 @@ def run_unit(
     if case.noise is not None:
         reids[BOUND] = LikelihoodReid(scene, LikelihoodOptions(noise=case.noise, rates=(case.rates,)))
     return [
-        _row(unit, name, identify_all(reid, case.snapshots), case, layouts) for name, reid in reids.items()
+        _row(unit, name, as_reidentifier(reid, scene).identify_many(case.snapshots), case, layouts)
+        for name, reid in reids.items()
     ]
-
-
-def identify_all(reid: Reidentifier, batch: SnapshotBatch) -> IdentificationBatch:
-    """The answers of a method to many snapshots, one by one where it has no batched form."""
-    many = getattr(reid, "identify_many", None)
-    if many is not None:
-        found: IdentificationBatch = many(batch)
-        return found
-    answers = [reid.identify(batch.snapshot(b)) for b in range(len(batch))]
-    names = answers[0].candidates if answers else ()
-    index = {name: j for j, name in enumerate(names)} | {None: UNKNOWN}
-    label, cost = np.full(batch.yaw.shape, UNKNOWN), np.full(batch.yaw.shape, np.nan)
-    confidence = np.full(batch.yaw.shape, np.nan)
-    for b, answer in enumerate(answers):
-        n = len(answer.labels)
-        label[b, :n] = [index[name] for name in answer.labels]
-        cost[b, :n], confidence[b, :n] = answer.cost, answer.confidence
-    every = np.full(len(batch), len(names))
-    return IdentificationBatch(names, label, cost, every, np.zeros(len(batch), bool), confidence=confidence)
 
 
 def _row(unit: Unit, method: str, found: IdentificationBatch, case: Case, layouts: int) -> Row:

@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 
 from farm_ar.arrays import BoolArray, FloatArray
 from farm_ar.experiments.headroom import METHODS as EVERY_RULE
-from farm_ar.experiments.headroom import identify_all
 from farm_ar.experiments.headroom_report import PAPER_METHOD
 from farm_ar.experiments.report import (
     OTHER,
@@ -25,7 +24,7 @@ from farm_ar.experiments.report import (
 )
 from farm_ar.experiments.setting import SCENES, Setting, named_scene, path_cameras, piece_rng
 from farm_ar.game_logic.headset import random_camera
-from farm_ar.reid import ReidFactory, load_reid
+from farm_ar.reid import ReidFactory, as_reidentifier, load_reid
 from farm_ar.reid.registration import RigidMotion
 from farm_ar.scenes import Camera, Layout, LayoutNoise, Scene, SnapshotBatch, observe_many
 from farm_ar.sweeps import Row
@@ -128,7 +127,7 @@ def run_unit(
     exists = np.arange(batch.yaw.shape[1]) < batch.count[:, None]
     rows: list[Row] = []
     for name, make in methods.items():
-        found = identify_all(make(scene), batch)
+        found = as_reidentifier(make(scene), scene).identify_many(batch)
         right = (found.label == batch.truth)[exists]
         confidence = found.confidence[exists]
         rows.append(

@@ -1,17 +1,18 @@
 """Re-identification: which detection is which label."""
 
 from farm_ar.reid.alternatives import alternatives
-from farm_ar.reid.baselines import BASELINES, DistanceReid, LastKnownReid, NearestReid
-from farm_ar.reid.certified_pruning import solve_certified
-from farm_ar.reid.costs import dimension_cost, rotation_cost, total_cost, translation_cost
-from farm_ar.reid.explanations import Explanation, explain
-from farm_ar.reid.identification import (
+from farm_ar.reid.base import (
     Assurance,
     Certificate,
     Identification,
     IdentificationBatch,
     Reidentifier,
+    as_reidentifier,
 )
+from farm_ar.reid.baselines import BASELINES, DistanceReid, LastKnownReid, NearestReid
+from farm_ar.reid.certified_pruning import solve_certified
+from farm_ar.reid.costs import dimension_cost, rotation_cost, total_cost, translation_cost
+from farm_ar.reid.explanations import Explanation, explain
 from farm_ar.reid.k_best import Assignment, k_best
 from farm_ar.reid.likelihood import LikelihoodReid, Posterior
 from farm_ar.reid.likelihood_options import LikelihoodOptions
@@ -63,6 +64,7 @@ __all__ = [
     "Whereabouts",
     "accuracy",
     "alternatives",
+    "as_reidentifier",
     "association_marginals",
     "batch_accuracy",
     "dimension_cost",

@@ -2,26 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Protocol, runtime_checkable
-
 import numpy as np
 
-from farm_ar.arrays import FloatArray
-from farm_ar.reid.identification import Identification
+from farm_ar.reid.base import Identification, Reidentifier, as_reidentifier
 from farm_ar.reid.k_best import k_best
 from farm_ar.scenes import Snapshot
 
 
-@runtime_checkable
-class Assigns(Protocol):
-    """A rule whose answer is the cheapest assignment of a cost matrix."""
-
-    def problem(self, snapshot: Snapshot) -> tuple[FloatArray, tuple[str | None, ...]]:
-        """(N, K) costs, infinite where not allowed; the label of each column, None for no label."""
-        ...
-
-
-def alternatives(reid: Assigns, snapshot: Snapshot, k: int) -> list[Identification]:
+def alternatives(reid: Reidentifier, snapshot: Snapshot, k: int) -> list[Identification]:
     """The k best answers, the best first; fewer where there are not so many different ones.
 
     Args:
@@ -30,10 +18,10 @@ def alternatives(reid: Assigns, snapshot: Snapshot, k: int) -> list[Identificati
         k: how many.
 
     Raises:
-        OptionError: k is below 1.
+        OptionError: k is below 1, or the rule has no costs.
         SnapshotError: a detection's category is not one of the scene's.
     """
-    cost, names = reid.problem(snapshot)
+    cost, names = as_reidentifier(reid).problem(snapshot)
     candidates = tuple(name for name in names if name is not None)
     answers = []
     for column, _ in k_best(cost, k):

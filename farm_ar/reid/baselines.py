@@ -9,15 +9,15 @@ import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.errors import OptionError, SceneError
+from farm_ar.reid.base import Assurance, Identification, Reidentifier
 from farm_ar.reid.categories import codes_of, declared_codes
 from farm_ar.reid.certificates import certificate
 from farm_ar.reid.costs import translation_cost
-from farm_ar.reid.identification import Assurance, Identification, Reidentifier
 from farm_ar.reid.spatial import SpatialOptions, SpatialReid
 from farm_ar.scenes import UNKNOWN, Detections, Scene, Snapshot, Weights
 
 
-class NearestReid:
+class NearestReid(Reidentifier):
     """Each detection is the label that stood nearest, even if another detection is that label too.
 
     Args:
@@ -100,7 +100,7 @@ class DistanceReid(SpatialReid):
         super().__init__(scene, options, rng)
 
 
-class LastKnownReid:
+class LastKnownReid(Reidentifier):
     """No re-identification: what stands where a label was last known is that label, the rest is nothing.
 
     Args:
@@ -115,6 +115,7 @@ class LastKnownReid:
     def __init__(self, scene: Scene, tolerance_m: float = 0.01) -> None:
         if not tolerance_m >= 0:
             raise OptionError("tolerance_m", "must not be negative", tolerance_m)
+        self.scene = scene
         self.tolerance_m = tolerance_m
         self._nearest = NearestReid(scene, gate_categories=False)
 

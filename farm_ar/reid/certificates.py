@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray
+from farm_ar.reid.base import Certificate
 from farm_ar.reid.costs import rotation_cost, translation_cost
-from farm_ar.reid.identification import Certificate
 from farm_ar.scenes import Detections, Layout
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray
-from farm_ar.reid.kernels import assign_most
+from farm_ar.reid.assignment import assign_most
 from farm_ar.reid.solvers import UNASSIGNED
 
 NEAREST = 3

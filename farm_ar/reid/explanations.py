@@ -4,29 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from farm_ar.arrays import FloatArray
 from farm_ar.errors import SnapshotError
-from farm_ar.reid.identification import Identification
-from farm_ar.scenes import Scene, Snapshot
-
-
-@runtime_checkable
-class Explains(Protocol):
-    """A rule whose costs are sums of terms that can be named."""
-
-    scene: Scene
-
-    def identify(self, snapshot: Snapshot) -> Identification:
-        """The label of each detection."""
-        ...
-
-    def cost_terms(self, snapshot: Snapshot) -> Mapping[str, FloatArray]:
-        """(N, M) of each term, by name; of all labels. What is lower speaks for the label."""
-        ...
+from farm_ar.reid.base import Reidentifier, as_reidentifier
+from farm_ar.scenes import Snapshot
 
 
 @dataclass(frozen=True)
@@ -97,7 +80,7 @@ class Explanation:
         return "" if self.runner_up is None else f"; the likeliest would be {_moved(self.runner_up)}"
 
 
-def explain(reid: Explains, snapshot: Snapshot, detection: int | str) -> Explanation:
+def explain(reid: Reidentifier, snapshot: Snapshot, detection: int | str) -> Explanation:
     """Why a detection of a snapshot gets the label that a rule gives it.
 
     Args:
@@ -106,8 +89,10 @@ def explain(reid: Explains, snapshot: Snapshot, detection: int | str) -> Explana
         detection: its index or its id.
 
     Raises:
+        OptionError: the rule's costs have no terms.
         SnapshotError: there is no such detection, or a category is not one of the scene's.
     """
+    reid = as_reidentifier(reid)
     seen, layout = snapshot.detections, reid.scene.layout
     known = dict(zip(seen.ids, range(len(seen)), strict=True))
     i = known.get(detection, -1) if isinstance(detection, str) else detection

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray, Record, read_only
 from farm_ar.errors import SceneError
+from farm_ar.reid.base import Assurance, Identification, IdentificationBatch, Reidentifier
 from farm_ar.reid.categories import batch_codes, codes_of, declared_codes
 from farm_ar.reid.costs import sorted_log_sides
-from farm_ar.reid.identification import Assurance, Identification, IdentificationBatch
 from farm_ar.reid.likelihood_densities import view_probability
 from farm_ar.reid.likelihood_kernels import identify_batch
 from farm_ar.reid.likelihood_options import LikelihoodOptions, category_table, model_arrays
@@ -24,7 +25,7 @@ from farm_ar.reid.likelihood_records import (
     View,
 )
 from farm_ar.reid.motion_models import motion_log_density
-from farm_ar.scenes import UNKNOWN, Camera, Scene, Snapshot, SnapshotBatch
+from farm_ar.scenes import UNKNOWN, Camera, Detections, Scene, Snapshot, SnapshotBatch
 
 _NEARLY_ALL = 0.8
 
@@ -46,7 +47,7 @@ class Posterior(Record):
     none_rate: float
 
 
-class LikelihoodReid:
+class LikelihoodReid(Reidentifier):
     """Identities by likelihood, for one scene.
 
     Each label's object moves on its own, by a motion model; it is then seen, if it is in view and not missed;
@@ -122,8 +123,8 @@ class LikelihoodReid:
         labels = tuple([None if j == UNKNOWN else names[j] for j in answer.label[0].tolist()])
         return Identification(labels, answer.cost[0], names, solve_time=solve_time, assurance=assurance)
 
-    def identify_many(self, batch: SnapshotBatch) -> IdentificationBatch:
-        """The labels of the detections of many snapshots, with confidence, margin and runner-up.
+    def identify_many(self, batch: SnapshotBatch, margins: bool = True) -> IdentificationBatch:
+        """The labels of the detections of many snapshots; confidence, margin and runner-up in any case.
 
         Raises:
             SnapshotError: a detection's category is not one of the scene's.
@@ -144,6 +145,12 @@ class LikelihoodReid:
             runner_up=answer.runner_up,
             confidence=answer.confidence,
         )
+
+    def identify_objects(self, objects: Detections, cameras: Sequence[Camera]) -> Identification:
+        """The label of each object, all seen by one camera or another."""
+        from farm_ar.reid.relational import RelationalReid
+
+        return RelationalReid.without_relations(self).identify_objects(objects, cameras)
 
     def posterior(self, snapshot: Snapshot) -> Posterior:
         """What a snapshot says of its noise.

@@ -8,7 +8,7 @@ import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.kernels import compiled
-from farm_ar.reid.kernels import assign
+from farm_ar.reid.assignment import assign, find_margins
 from farm_ar.reid.likelihood_densities import (
     heading_density,
     likeness,
@@ -24,7 +24,6 @@ from farm_ar.reid.marginals import (
     propagate,
     scale_rows,
 )
-from farm_ar.reid.margins import find_margins
 from farm_ar.scenes import UNKNOWN
 
 CHEAP = 5

@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
+from farm_ar.kernels import compiled
+
+if TYPE_CHECKING:
+    from farm_ar.reid.assignment import Known
 
 SUM_TOLERANCE = 1e-12
 """By how much rounding may keep a sum of probabilities below a threshold that it reaches."""
@@ -85,3 +91,84 @@ def sites_by_probability(
     short = reached[..., :-1] < (threshold - SUM_TOLERANCE) * reached[..., -1:]
     at_least = 2 if threshold > SUM_TOLERANCE and len(sites) > 1 else 1
     return order, at_least + short.sum(axis=-1)
+
+
+@compiled
+def sites_kept(camera: FloatArray, sites: FloatArray, threshold: float, order: IntArray) -> int:
+    """What `sites_by_probability` says of one camera: how many sites the threshold keeps.
+
+    Args:
+        camera: (2,) metres.
+        sites: (K, 2) centres, distinct, metres.
+        threshold: 0 to 1.
+        order: (K,) filled with the sites in falling probability (Eq. 3), which is rising distance.
+    """
+    k = len(sites)
+    distance = np.empty(k)
+    for s in range(k):
+        dx, dz = camera[0] - sites[s, 0], camera[1] - sites[s, 1]
+        distance[s] = np.sqrt(dx * dx + dz * dz)
+        place = s
+        while place > 0 and distance[order[place - 1]] > distance[s]:
+            order[place] = order[place - 1]
+            place -= 1
+        order[place] = s
+    if threshold >= 1.0:
+        return k
+    total = 0.0
+    for place in range(1, k):
+        total += 1.0 / distance[order[place]]
+    kept, reached = 1, 0.0
+    while kept < k and reached < (threshold - SUM_TOLERANCE) * total:
+        reached += 1.0 / distance[order[kept]]
+        kept += 1
+    return kept
+
+
+@compiled
+def enough(detected: IntArray, offered: IntArray, gate: bool) -> bool:
+    """Whether every detection can have a label of its own.
+
+    Args:
+        detected: (C + 1,) detections of each category, those of none last.
+        offered: (C + 1,) candidate labels of each category; the last entry is 0.
+        gate: whether a label must be of the detection's category, where that is known.
+    """
+    if gate:
+        for c in range(len(detected) - 1):
+            if detected[c] > offered[c]:
+                return False
+    return bool(detected.sum() <= offered.sum())
+
+
+@compiled
+def choose_candidates(
+    known: Known, b: int, detected: IntArray, gate: bool, rank: IntArray, kept: int, chosen: IntArray
+) -> tuple[int, bool]:
+    """Fill `chosen` with the labels of the first `kept` sites, and of more where those are too few.
+
+    Args:
+        known: the labels.
+        b: the snapshot.
+        detected: (C + 1,) its detections of each category, those of none last.
+        gate: whether a label must be of the detection's category, where that is known.
+        rank: (S,) place of each site in the order of falling probability.
+        kept: how many sites the threshold keeps.
+        chosen: (M,) filled from the front.
+
+    Returns:
+        How many labels were chosen, and whether that took more sites than `kept`.
+    """
+    offered = np.zeros_like(detected)
+    sites = kept
+    while True:
+        offered[:] = 0
+        m = 0
+        for j in known.order[b % len(known.order)]:
+            if rank[known.site[j]] < sites:
+                chosen[m] = j
+                offered[known.category[j]] += 1
+                m += 1
+        if sites >= len(rank) or enough(detected, offered, gate):
+            return m, sites > kept
+        sites += 1

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from farm_ar.errors import OptionError
+from farm_ar.reid.base import Reidentifier, as_reidentifier
 from farm_ar.reid.baselines import BASELINES
-from farm_ar.reid.identification import Reidentifier
 from farm_ar.reid.likelihood import LikelihoodReid
 from farm_ar.reid.relational import RelationalReid
 from farm_ar.reid.spatial import SpatialOptions, SpatialReid
@@ -90,4 +90,4 @@ def _made(make: Callable[[Scene], Any], name: str, field: str, scene: Scene) -> 
     made = make(scene)
     if not isinstance(made, Reidentifier):
         raise OptionError(field, "must be called with a scene and give something with identify()", name)
-    return made
+    return as_reidentifier(made, scene)

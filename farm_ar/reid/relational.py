@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from farm_ar.arrays import FloatArray, read_only
 from farm_ar.errors import SnapshotError
-from farm_ar.reid.identification import Identification
+from farm_ar.reid.base import Identification
 from farm_ar.reid.likelihood import LikelihoodReid
 from farm_ar.reid.likelihood_kernels import decide
 from farm_ar.reid.likelihood_records import Answer, Eyes, Found, Labels

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Literal
 
@@ -12,6 +13,16 @@ import numpy as np
 from farm_ar.arrays import BoolArray, FloatArray, IntArray, read_only
 from farm_ar.errors import OptionError, SceneError, known_name
 from farm_ar.geometry import world_box
+from farm_ar.reid.assignment import (
+    Known,
+    Rule,
+    Seen,
+    assess,
+    known_at,
+    margins_and_runners_up,
+    seen_at,
+)
+from farm_ar.reid.base import Assurance, Identification, IdentificationBatch, Reidentifier
 from farm_ar.reid.categories import batch_codes, codes_of, declared_codes
 from farm_ar.reid.costs import (
     dimension_cost_of_sides,
@@ -20,10 +31,9 @@ from farm_ar.reid.costs import (
     total_cost,
     translation_cost,
 )
-from farm_ar.reid.identification import Assurance, Identification, IdentificationBatch
 from farm_ar.reid.pruning import sites_by_probability
 from farm_ar.reid.solvers import SOLVERS, UNASSIGNED, solve_assignment
-from farm_ar.scenes import UNKNOWN, Detections, Scene, Snapshot, SnapshotBatch, Weights
+from farm_ar.scenes import UNKNOWN, Camera, Detections, Scene, Snapshot, SnapshotBatch, Weights
 
 Box = Literal["local", "world"]
 Term = Literal["translation", "rotation", "dimension"]
@@ -73,7 +83,7 @@ class SpatialOptions:
         known_name("solver", self.solver, SOLVERS)
 
 
-class SpatialReid:
+class SpatialReid(Reidentifier):
     """The paper's rule for one scene (section 3.2).
 
     Args:
@@ -129,22 +139,62 @@ class SpatialReid:
         candidates, sites, widened = self._candidates(snapshot.camera.position, category)
         if self.options.certify:
             return self._certify(seen, category, candidates, sites, widened)
-        cost = self.cost_matrix(seen, candidates)
-        if self.options.gate_categories:
-            cost[self._forbidden(category, candidates)] = np.inf
-        begin = time.perf_counter()
-        column = solve_assignment(cost, self.options.solver, self._rng)
-        solve_time = time.perf_counter() - begin
         names = self.scene.layout.labels
         if candidates is not None:
             names = tuple([names[j] for j in candidates.tolist()])
-        columns = column.tolist()
-        labels = tuple([None if j == UNASSIGNED else names[j] for j in columns])
-        given = cost[np.arange(len(seen)), column]
-        if UNASSIGNED in columns:
-            given[column == UNASSIGNED] = np.nan
-        assurance = partial(self._assure, seen, category, candidates, cost, column, names)
+        if self.options.solver == "lsap" and self._rng is None:
+            problem = self._seen_one(seen, category), self._known(candidates), self._rule()
+            begin = time.perf_counter()
+            answer = assess(*problem)
+            column, given = answer.label[0], answer.cost[0]
+            margins = partial(_margins_of, *problem)
+        else:
+            cost = self._gated_costs(seen, category, candidates)
+            begin = time.perf_counter()
+            column = solve_assignment(cost, self.options.solver, self._rng)
+            given = np.where(column == UNASSIGNED, np.nan, cost[np.arange(len(seen)), column])
+            margins = partial(margins_and_runners_up, cost, column)
+        solve_time = time.perf_counter() - begin
+        labels = tuple([None if j == UNASSIGNED else names[j] for j in column.tolist()])
+        assurance = partial(self._assure, seen, category, candidates, margins, column, names)
         return Identification(labels, given, names, sites, widened, solve_time, assurance)
+
+    def _gated_costs(self, seen: Detections, category: list[int], candidates: IntArray | None) -> FloatArray:
+        """`cost_matrix`, infinite where categories must agree and do not."""
+        cost = self.cost_matrix(seen, candidates)
+        if self.options.gate_categories:
+            cost[self._forbidden(category, candidates)] = np.inf
+        return cost
+
+    def _seen_one(self, seen: Detections, category: list[int]) -> Seen:
+        """One snapshot's detections for `assess`."""
+        return seen_at(
+            seen.position[None],
+            seen.yaw[None],
+            np.array(category, dtype=np.int64),
+            sides=self._detected_sides(seen.size, seen.yaw) if self._compares_sizes else None,
+        )
+
+    def _known(self, candidates: IntArray | None = None) -> Known:
+        """The labels for `assess`, all or some of them, without the sites."""
+        layout, kind = self.scene.layout, self._kind
+        position, yaw, category = layout.position, layout.yaw, layout.category_code
+        if candidates is not None:
+            position, yaw = position.take(candidates, axis=0), yaw.take(candidates)
+            category, kind = category.take(candidates), kind.take(candidates)
+        return known_at(position, yaw, category)._replace(
+            kind=read_only(kind, np.int64), sides=read_only(self._kind_sides, np.float64)
+        )
+
+    def _rule(self, threshold: float = 1.0) -> Rule:
+        """The weights and terms for `assess`."""
+        return Rule(
+            translation_weight=self._translation_weight / self._diagonal,
+            rotation_weight=float(self._rotation_weight),
+            compare_sizes=self._compares_sizes,
+            gate=bool(self.options.gate_categories),
+            threshold=threshold,
+        )
 
     def _certify(
         self,
@@ -163,10 +213,7 @@ class SpatialReid:
         start = nearest_labels(distance) if candidates is None else candidates
 
         def cost_of(chosen: IntArray) -> FloatArray:
-            cost = self.cost_matrix(seen, chosen)
-            if self.options.gate_categories:
-                cost[self._forbidden(category, chosen)] = np.inf
-            return cost
+            return self._gated_costs(seen, category, chosen)
 
         begin = time.perf_counter()
         label, cost, chosen = solve_certified(cost_of, bound, start)
@@ -181,9 +228,17 @@ class SpatialReid:
 
         def assurance() -> Assurance:
             every = cost_of(np.arange(len(layout)))  # margins are over all labels, as the answer is
-            return self._assure(seen, category, None, every, label, layout.labels)
+            margins = partial(margins_and_runners_up, every, label)
+            return self._assure(seen, category, None, margins, label, layout.labels)
 
         return Identification(labels, given, names, sites, widened, solve_time, assurance)
+
+    def identify_objects(self, objects: Detections, cameras: Sequence[Camera]) -> Identification:
+        """The label of each object, from all sites: objects seen from another camera must keep theirs."""
+        reid = self
+        if self.options.threshold < 1:
+            reid = type(self)(self.scene, replace(self.options, threshold=1.0))
+        return reid.identify(Snapshot(cameras[-1], objects))
 
     def problem(self, snapshot: Snapshot) -> tuple[FloatArray, tuple[str | None, ...]]:
         """(N, K) costs of the labels considered, infinite where categories must agree but do not; names.
@@ -196,10 +251,9 @@ class SpatialReid:
         candidates, _, _ = self._candidates(snapshot.camera.position, category)
         if candidates is None or self.options.certify:
             candidates = np.arange(len(self.scene.layout))
-        cost = self.cost_matrix(seen, candidates)
-        if self.options.gate_categories:
-            cost[self._forbidden(category, candidates)] = np.inf
-        return cost, tuple([self.scene.layout.labels[j] for j in candidates.tolist()])
+        return self._gated_costs(seen, category, candidates), tuple(
+            [self.scene.layout.labels[j] for j in candidates.tolist()]
+        )
 
     def cost_terms(self, snapshot: Snapshot) -> dict[str, FloatArray]:
         """The terms of the cost, (N, M) each, by name; they sum to `cost_matrix`."""
@@ -215,15 +269,14 @@ class SpatialReid:
         seen: Detections,
         category: list[int],
         candidates: IntArray | None,
-        cost: FloatArray,
+        margins: Callable[[], tuple[FloatArray, IntArray]],
         column: IntArray,
         names: tuple[str, ...],
     ) -> Assurance:
         """How sure an answer is: worked out when it is first asked for, since few ask."""
         from farm_ar.reid.certificates import certificate
-        from farm_ar.reid.margins import margins_and_runners_up
 
-        margin, other = margins_and_runners_up(cost, column)
+        margin, other = margins()
         m = len(self.scene.layout)
         offered = np.ones(m, dtype=bool)
         given = column
@@ -283,8 +336,6 @@ class SpatialReid:
         Raises:
             SnapshotError: a detection's category is not one of the scene's.
         """
-        from farm_ar.reid.kernels import Answer, Known, Rule, Seen, identify_batch
-
         layout, shape = self.scene.layout, batch.yaw.shape
         exists = np.arange(shape[1]) < batch.count[:, None]
         detection_order, label_order = np.arange(shape[1])[None], np.arange(len(layout))[None]
@@ -301,35 +352,17 @@ class SpatialReid:
             category=read_only(batch_codes(batch, exists, self._declared), np.int64),
             order=read_only(detection_order, np.int64),
         )
-        known = Known(
-            position=layout.position,
-            yaw=layout.yaw,
-            category=read_only(layout.category_code, np.int64),
-            kind=read_only(self._kind, np.int64),
-            sides=read_only(self._kind_sides, np.float64),
+        known = self._known()._replace(
             site=read_only(self.scene.object_site, np.int64),
             sites=self.scene.site_positions,
             order=read_only(label_order, np.int64),
         )
-        rule = Rule(
-            translation_weight=self._translation_weight / self._diagonal,
-            rotation_weight=float(self._rotation_weight),
-            compare_sizes=self._compares_sizes,
-            gate=bool(self.options.gate_categories),
-            threshold=1.0 if self.options.certify else float(self.options.threshold),
+        threshold = 1.0 if self.options.certify else float(self.options.threshold)
+        answer = assess(seen, known, self._rule(threshold), margins)
+        found = IdentificationBatch(
+            layout.labels, answer.label, answer.cost, answer.candidates, answer.widened
         )
-        answer = Answer(
-            label=np.empty(shape, dtype=np.int64),
-            cost=np.empty(shape),
-            candidates=np.empty(len(batch), dtype=np.int64),
-            widened=np.empty(len(batch), dtype=np.bool_),
-            margin=np.full(shape if margins else (0, shape[1]), np.nan),
-            runner_up=np.full(shape if margins else (0, shape[1]), UNKNOWN),
-        )
-        identify_batch(seen, known, rule, answer)
-        if not margins:
-            answer = answer._replace(margin=np.full(shape, np.nan), runner_up=np.full(shape, UNKNOWN))
-        return IdentificationBatch(layout.labels, *answer)
+        return replace(found, margin=answer.margin, runner_up=answer.runner_up) if margins else found
 
     def _candidates(
         self, camera_position: FloatArray, category: list[int]
@@ -369,6 +402,12 @@ class SpatialReid:
 
     def _detected_sides(self, size: FloatArray, yaw: FloatArray) -> FloatArray:
         return sorted_log_sides(world_box(size, yaw) if self._world else size)
+
+
+def _margins_of(seen: Seen, known: Known, rule: Rule) -> tuple[FloatArray, IntArray]:
+    """The margins and runners-up of one snapshot."""
+    answer = assess(seen, known, rule, margins=True)
+    return answer.margin[0], answer.runner_up[0]
 
 
 def _template_boxes(scene: Scene) -> FloatArray:

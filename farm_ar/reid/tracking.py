@@ -4,27 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray, Record, read_only
 from farm_ar.errors import SnapshotError
 from farm_ar.reid.association import Association, associate, mean_yaw
-from farm_ar.reid.identification import Assurance, Identification, Reidentifier
-from farm_ar.reid.likelihood import LikelihoodReid
-from farm_ar.reid.relational import RelationalReid
-from farm_ar.reid.spatial import SpatialReid
+from farm_ar.reid.base import Assurance, Identification, Reidentifier, as_reidentifier
 from farm_ar.scenes import UNKNOWN, Camera, Detections, Snapshot
-
-
-@runtime_checkable
-class SequenceReidentifier(Reidentifier, Protocol):
-    """A re-identifier that knows what several cameras have seen between them."""
-
-    def identify_objects(self, objects: Detections, cameras: Sequence[Camera]) -> Identification:
-        """The label of each object, all detected from one camera or another."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,8 +97,8 @@ def track(reid: Reidentifier, snapshots: Sequence[Snapshot]) -> Tracking:
     objects of the whole sequence, and every snapshot is answered in the light of all others, earlier ones
     and later ones. One snapshot gives exactly what `identify` gives.
 
-    The rule may have a method `identify_objects`, which is told all cameras. For one that has not, the
-    objects are a snapshot from the last camera; `SpatialReid` then considers all sites.
+    The method `identify_objects` is told all cameras; by default it takes the objects for a snapshot from
+    the last one.
 
     Args:
         reid: the rule.
@@ -128,7 +115,7 @@ def track(reid: Reidentifier, snapshots: Sequence[Snapshot]) -> Tracking:
     count = np.array([len(one.detections) for one in snapshots])
     object_of = tuple(np.split(found.object_of, np.cumsum(count)[:-1]))
     objects, number = _fused(snapshots, found.object_of)
-    answer = _identify(reid, objects, [one.camera for one in snapshots])
+    answer = as_reidentifier(reid).identify_objects(objects, [one.camera for one in snapshots])
     return Tracking(
         identifications=tuple(_share(answer, index) for index in object_of),
         objects=objects,
@@ -144,17 +131,6 @@ def _alone(answer: Identification, snapshot: Snapshot) -> Tracking:
     n = len(snapshot.detections)
     nothing = np.full(n, np.nan)
     return Tracking((answer,), snapshot.detections, (np.arange(n),), nothing, nothing, answer)
-
-
-def _identify(reid: Reidentifier, objects: Detections, cameras: Sequence[Camera]) -> Identification:
-    if isinstance(reid, SequenceReidentifier):
-        return reid.identify_objects(objects, cameras)
-    if isinstance(reid, LikelihoodReid):
-        return RelationalReid.without_relations(reid).identify_objects(objects, cameras)
-    if isinstance(reid, SpatialReid) and reid.options.threshold < 1:
-        # Its sites are those near one camera; objects seen from another must keep their labels.
-        reid = type(reid)(reid.scene, replace(reid.options, threshold=1.0))
-    return reid.identify(Snapshot(cameras[-1], objects))
 
 
 def _associated(snapshots: Sequence[Snapshot]) -> Association:

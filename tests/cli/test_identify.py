@@ -177,7 +177,7 @@ def test_json_is_the_whole_answer(run, before, seen):
         (["--threshold", "0"], lambda scene: SpatialReid(scene, SpatialOptions(threshold=0))),
         (
             ["--solver", "mip", "--weights", "3,1"],
-            lambda scene: SpatialReid(scene, SpatialOptions(weights=Weights(3, 1))),
+            lambda scene: SpatialReid(scene, SpatialOptions(weights=Weights(3, 1), solver="mip")),
         ),
     ],
 )

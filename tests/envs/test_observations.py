@@ -8,7 +8,7 @@ import pytest
 from farm_ar.envs import FarmToTableEnv
 from farm_ar.geometry import wrap
 from farm_ar.reid import SpatialReid, solve_assignment
-from farm_ar.reid.margins import margins
+from farm_ar.reid.assignment import margins
 from farm_ar.scenes import Camera, Detections, builtin_scene, observe
 
 MIND = {"believed_position", "believed_heading", "difference", "cost", "margin"}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from farm_ar.experiments import headroom_report as report
-from farm_ar.experiments.headroom import BINS, BOUND, METHODS, Unit, headroom, identify_all, run_unit, units
+from farm_ar.experiments.headroom import BINS, BOUND, METHODS, Unit, headroom, run_unit, units
 from farm_ar.experiments.patterns import PATTERNS, jitter, turned
 from farm_ar.experiments.setting import Setting
 from farm_ar.reid import LastKnownReid, LikelihoodReid, NearestReid, SpatialReid
@@ -55,7 +55,7 @@ def test_the_same_randomness_gives_the_same_rows():
 
 def test_methods_without_a_batched_form_answer_one_by_one():
     batch = jitter(L1, LayoutNoise.of(0.05, 5), 1, np.random.default_rng(0)).snapshots
-    found = identify_all(LastKnownReid(L1, tolerance_m=0.06), batch)
+    found = LastKnownReid(L1, tolerance_m=0.06).identify_many(batch)
     for b in range(len(batch)):
         expected = LastKnownReid(L1, tolerance_m=0.06).identify(batch.snapshot(b)).labels
         assert found.names(b, int(batch.count[b])) == expected

@@ -4,8 +4,19 @@ from dataclasses import FrozenInstanceError
 import numpy as np
 import pytest
 
-from farm_ar.errors import SnapshotError
-from farm_ar.reid import Assurance, Certificate, Identification, SpatialReid
+from farm_ar.errors import OptionError, SnapshotError
+from farm_ar.reid import (
+    Assurance,
+    Certificate,
+    Identification,
+    NearestReid,
+    Reidentifier,
+    SpatialReid,
+    alternatives,
+    as_reidentifier,
+    explain,
+    track,
+)
 from farm_ar.scenes import builtin_scene, observe_many
 
 
@@ -89,3 +100,69 @@ def test_an_assurance_has_an_entry_for_each_detection(name):
     answer = Identification(("a", "b"), assurance=Assurance(**{name: value}))
     with pytest.raises(SnapshotError, match=f"{name}: must have an entry for each of 2 detections, got 1"):
         _ = answer.warnings
+
+
+class Duck:
+    """Somebody's own re-identifier, which inherits from nothing."""
+
+    def __init__(self, scene):
+        self._nearest = NearestReid(scene)
+
+    def identify(self, snapshot):
+        return self._nearest.identify(snapshot)
+
+
+class Mine(Reidentifier):
+    def __init__(self, scene):
+        self.scene = scene
+
+    def identify(self, snapshot):
+        return NearestReid(self.scene).identify(snapshot)
+
+
+def test_what_has_identify_is_a_reidentifier_and_the_contract_gives_the_rest(make_scene, make_batch):
+    rng = np.random.default_rng(8)
+    scene = make_scene(rng)
+    batch, expected = make_batch(rng, scene), NearestReid(scene)
+    for reid in (Duck(scene), Mine(scene)):
+        assert isinstance(reid, Reidentifier)
+        whole = as_reidentifier(reid, scene)
+        many = whole.identify_many(batch, margins=True)
+        for b in range(len(batch)):
+            snapshot, n = batch.snapshot(b), int(batch.count[b])
+            one = expected.identify(snapshot)
+            assert many.names(b, n) == one.labels
+            np.testing.assert_array_equal(many.margin[b, :n], one.margin)
+            names = [None if j < 0 else scene.layout.labels[j] for j in many.runner_up[b, :n]]
+            assert tuple(names) == one.runner_up
+            assert (many.label[b, n:] == -1).all()
+        cameras = [batch.snapshot(b).camera for b in (0, 1)]
+        found = whole.identify_objects(batch.snapshot(1).detections, cameras)
+        assert found.labels == expected.identify(batch.snapshot(1)).labels
+        assert len(track(reid, [batch.snapshot(b) for b in range(3)]).identifications) == 3
+        with pytest.raises(OptionError, match="must assign labels by costs"):
+            alternatives(reid, batch.snapshot(1), 2)
+        with pytest.raises(OptionError, match="must have costs that are sums of terms"):
+            explain(whole, batch.snapshot(1), 0)
+    assert as_reidentifier(expected) is expected
+    assert not isinstance(scene, Reidentifier)
+    with pytest.raises(TypeError, match="abstract"):
+        Reidentifier()
+
+
+def test_methods_of_its_own_are_asked_in_place_of_the_defaults(make_scene, make_batch):
+    rng = np.random.default_rng(9)
+    scene = make_scene(rng)
+    batch, own = make_batch(rng, scene), SpatialReid(scene)
+
+    class Fast(Duck):
+        def __init__(self):
+            self.identify_many, self.problem, self.cost_terms = own.identify_many, own.problem, own.cost_terms
+            self.identify_objects = own.identify_objects
+
+    whole, snapshot = as_reidentifier(Fast(), scene), batch.snapshot(1)
+    np.testing.assert_array_equal(whole.identify_many(batch).label, own.identify_many(batch).label)
+    np.testing.assert_array_equal(whole.problem(snapshot)[0], own.problem(snapshot)[0])
+    assert whole.cost_terms(snapshot).keys() == own.cost_terms(snapshot).keys()
+    objects = snapshot.detections
+    assert whole.identify_objects(objects, [snapshot.camera]).labels == own.identify(snapshot).labels

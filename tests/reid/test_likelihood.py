@@ -16,11 +16,11 @@ from farm_ar.reid import (
     Motion,
     NoisePrior,
     Rates,
+    assignment,
     association_marginals,
     likelihood_densities,
     likelihood_kernels,
     marginals,
-    margins,
     motion_log_density,
 )
 from farm_ar.scenes import (
@@ -387,7 +387,7 @@ def test_in_plain_python_the_kernels_say_the_same(monkeypatch, make_scene, make_
     batch = replace(batch, camera=camera, count=np.array([0, 7, 3]))
     compiled = LikelihoodReid(scene, options).identify_many(batch)
     details = LikelihoodReid(scene, options).identify(batch.snapshot(2))
-    for module in (likelihood_kernels, likelihood_densities, marginals, margins):
+    for module in (likelihood_kernels, likelihood_densities, marginals, assignment):
         for name, value in vars(module).copy().items():
             if hasattr(value, "py_func"):
                 monkeypatch.setattr(module, name, value.py_func)

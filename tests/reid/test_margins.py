@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.reid import UNASSIGNED, SpatialOptions, SpatialReid, alternatives, explain, solve_assignment
-from farm_ar.reid.margins import find_margins, margins, margins_and_runners_up
+from farm_ar.reid.assignment import find_margins, margins, margins_and_runners_up
 from farm_ar.scenes import Camera, Detections, Snapshot
 
 

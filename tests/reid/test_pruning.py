@@ -6,7 +6,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from farm_ar.reid import site_distance, site_probability, sites_by_probability, within_site
-from farm_ar.reid.kernels import sites_kept
+from farm_ar.reid.pruning import sites_kept
 from farm_ar.scenes import Scene, load_scene
 
 CAMERA = np.array([2.408, 3.759])

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.errors import OptionError
 from farm_ar.reid import SOLVERS, UNASSIGNED, solve_assignment
-from farm_ar.reid.kernels import assign_most
+from farm_ar.reid.assignment import assign_most
 
 FORBIDDEN = float("inf")
 

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from farm_ar.errors import OptionError, SceneError, SnapshotError
 from farm_ar.reid import TERMS, SpatialOptions, SpatialReid, accuracy, solve_assignment
+from farm_ar.reid.assignment import assess
 from farm_ar.scenes import (
     BUILTIN,
     Camera,
@@ -364,7 +365,12 @@ def test_the_solver_named_is_the_one_used(monkeypatch: pytest.MonkeyPatch) -> No
         used.append(solver)
         return solve_assignment(cost, solver, rng)
 
+    def compiled(*problem: Any) -> Any:
+        used.append("lsap")
+        return assess(*problem)
+
     monkeypatch.setattr("farm_ar.reid.spatial.solve_assignment", spy)
+    monkeypatch.setattr("farm_ar.reid.spatial.assess", compiled)
     for solver in ("lsap", "mip"):
         SpatialReid(room(), SpatialOptions(solver=solver)).identify(seen(("chair", 0.5, 0.5, 0.0)))
     assert used == ["lsap", "mip"]

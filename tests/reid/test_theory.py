@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 
 from farm_ar.arrays import FloatArray
 from farm_ar.reid import NearestReid, SpatialOptions, SpatialReid, association_marginals, solve_assignment
+from farm_ar.reid.assignment import margins
 from farm_ar.reid.certificates import certified_radius, pose_distance
-from farm_ar.reid.margins import margins
 from farm_ar.scenes import Camera, Detections, Layout, Scene, Snapshot, Weights
 
 SEEDS = st.integers(0, 2**32 - 1)

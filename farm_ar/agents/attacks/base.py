@@ -11,7 +11,7 @@ from farm_ar.agents.cases import Case
 from farm_ar.agents.effort import efforts
 from farm_ar.agents.validity import are_valid
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
-from farm_ar.reid import Reidentifier
+from farm_ar.reid import Reidentifier, as_reidentifier
 from farm_ar.scenes import Scene, observe_many
 
 WRONG_BINS, EFFORT_BINS = 12, 24
@@ -183,13 +183,7 @@ def wrong_labels(case: Case, reid: Reidentifier, position: FloatArray, yaw: Floa
     batch = observe_many(layout, case.camera)
     truth = batch.truth
     assert truth is not None
-    if hasattr(reid, "identify_many"):
-        given = reid.identify_many(batch).label
-        exists = np.arange(truth.shape[1]) < batch.count[:, None]
-        wrong: IntArray = np.sum((given != truth) & exists, axis=1)
-        return wrong
-    counts = []
-    for b in range(len(batch)):
-        labels = reid.identify(batch.snapshot(b)).labels
-        counts.append(sum(a != t for a, t in zip(labels, batch.true_labels(b, layout.labels), strict=True)))
-    return np.array(counts, dtype=np.int64)
+    given = as_reidentifier(reid, case.scene).identify_many(batch).label
+    exists = np.arange(truth.shape[1]) < batch.count[:, None]
+    wrong: IntArray = np.sum((given != truth) & exists, axis=1)
+    return wrong

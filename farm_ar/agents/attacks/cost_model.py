@@ -8,10 +8,9 @@ import numpy as np
 
 from farm_ar.agents.attacks.base import QueryOracle
 from farm_ar.agents.cases import Case
-from farm_ar.agents.one_kind import identify_kind
-from farm_ar.arrays import BoolArray, FloatArray, IntArray
-from farm_ar.kernels import compiled
+from farm_ar.arrays import FloatArray
 from farm_ar.reid import LastKnownReid, NearestReid, SpatialReid, dimension_cost
+from farm_ar.reid.assignment import Rule, assess, known_at, seen_at
 from farm_ar.scenes import Weights, visible
 
 CLEAR_MARGIN = 0.3
@@ -84,51 +83,15 @@ def _looked_at(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """(B,) least margins, (B,) wrong labels, (B,) ambiguities."""
     case, layout, weights = oracle.case, oracle.case.layout, model_of(oracle).weights
-    result = np.ones(len(yaw)), np.zeros(len(yaw)), np.zeros(len(yaw))
-    _look(
-        np.ascontiguousarray(position),
-        np.ascontiguousarray(yaw),
-        visible(layout.with_poses(position, yaw), case.camera),
-        layout.position,
-        layout.yaw,
-        layout.category_code,
-        weights.translation / case.scene.diagonal,
-        weights.rotation,
-        *result,
+    seen, code = visible(layout.with_poses(position, yaw), case.camera), layout.category_code
+    found = assess(
+        seen_at(position, yaw, code, seen),
+        known_at(layout.position, layout.yaw, code),
+        Rule(weights.translation / case.scene.diagonal, float(weights.rotation)),
+        margins=True,
     )
-    return result
-
-
-@compiled
-def _look(
-    position: FloatArray,
-    yaw: FloatArray,
-    seen: BoolArray,
-    label_position: FloatArray,
-    label_yaw: FloatArray,
-    category: IntArray,
-    way_weight: float,
-    turn_weight: float,
-    least: FloatArray,
-    wrong: FloatArray,
-    ambiguity: FloatArray,
-) -> None:
-    """Fill in the results, (B,) each, of which the first holds ones and the others zeros."""
-    for b in range(len(yaw)):
-        for code in range(category.max() + 1):
-            found, label, margin = identify_kind(
-                code,
-                category,
-                seen[b],
-                position[b],
-                yaw[b],
-                label_position,
-                label_yaw,
-                way_weight,
-                turn_weight,
-            )
-            for x in range(len(found)):
-                sure = margin[x] if label[x] == found[x] else 0.0
-                least[b] = min(least[b], sure)
-                wrong[b] += label[x] != found[x]
-                ambiguity[b] += max(1.0 - sure / CLEAR_MARGIN, 0.0)
+    right = found.label == np.arange(len(layout))
+    sure = np.where(seen & right, found.margin, np.where(seen, 0.0, np.inf))
+    least = np.minimum(sure.min(axis=1, initial=np.inf), 1.0)
+    ambiguity = np.maximum(1.0 - sure / CLEAR_MARGIN, 0.0).sum(axis=1)
+    return least, (seen & ~right).sum(axis=1).astype(np.float64), ambiguity

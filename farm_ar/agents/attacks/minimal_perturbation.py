@@ -13,6 +13,7 @@ from farm_ar.agents.validity import outside_by
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.geometry.rectangles import overlap_depth
 from farm_ar.kernels import compiled
+from farm_ar.reid.assignment import pose_cost
 
 HELPERS = 2
 """Objects beside those of the error that may be moved too, because they may stand in the way."""
@@ -161,10 +162,8 @@ def _movers(case: Case, chain: IntArray, end: int) -> IntArray:
 @compiled
 def cost_of_label(room: Room, x: float, z: float, yaw: float, i: int, j: int) -> float:
     """What object i costs in a pose as the label of object j."""
-    dx, dz = x - room.home[j, 0], z - room.home[j, 1]
-    way = room.way_weight * np.sqrt(dx * dx + dz * dz)
-    turned = room.turn_weight * abs(np.sin((yaw - room.home_yaw[j]) / 2))
-    return float(room.stretch[i, j] * (way + turned))
+    moved = pose_cost(x, z, yaw, room.home[j], room.home_yaw[j], room.way_weight, room.turn_weight)
+    return float(room.stretch[i, j] * moved)
 
 
 @compiled

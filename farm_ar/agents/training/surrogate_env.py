@@ -26,6 +26,7 @@ from farm_ar.envs.table import meeting_order
 from farm_ar.errors import OptionError
 from farm_ar.game_logic.headset import field_of_view
 from farm_ar.geometry import wrap
+from farm_ar.reid.assignment import Rule
 from farm_ar.scenes import Camera, Layout, visible
 
 DISC = 1.0
@@ -93,7 +94,7 @@ class SurrogateEnv(VecEnv):
         self._terms = terms_of(scene, str(option.action), option.effort_weight)
         self._learn_objects(scene.layout)
         weights, m = scene.cost_weights, len(scene.layout)
-        self._to_cost = weights.translation / scene.diagonal, weights.rotation
+        self._rule = Rule(weights.translation / scene.diagonal, float(weights.rotation))
         self._position, self._home = np.empty((count, m, 2)), np.empty((count, m, 2))
         self._yaw, self._facing = np.empty((count, m)), np.empty((count, m))
         self._eye, self._gaze = np.empty((count, 2)), np.empty((3, count))
@@ -262,7 +263,7 @@ class SurrogateEnv(VecEnv):
         cameras = Camera(self._eye, yaw, self._cameras.fov, height, pitch)
         self._seen = visible(self._template.with_poses(self._position, self._yaw), cameras)
         poses = self._position, self._yaw, self._home, self._facing
-        assess_all(*poses, self._seen, self._starts, *self._to_cost, self._cost, self._margin, self._wrong)
+        self._margin, self._wrong = assess_all(*poses, self._seen, self._starts, self._rule, self._cost)
 
     def _closeness(self) -> FloatArray:
         """(B,) what the reward looks at beside wrong labels: `TableView`'s ambiguity, its clutter, or 0."""
@@ -270,10 +271,10 @@ class SurrogateEnv(VecEnv):
         if self._chosen.reward == "identity":
             return np.zeros(self.num_envs)
         if self._chosen.reward == "clutter":
-            margin = np.empty_like(margin)
             poses, everything = (self._position, self._yaw), np.ones_like(self._seen)
-            unused = np.empty_like(self._cost), np.empty_like(self._wrong)
-            assess_all(*poses, *poses, everything, self._starts, *self._to_cost, unused[0], margin, unused[1])
+            margin, _ = assess_all(
+                *poses, *poses, everything, self._starts, self._rule, np.empty_like(self._cost)
+            )
         closeness: FloatArray = (1 - np.clip(margin[:, :n] / MARGIN_SCALE, 0.0, 1.0)).sum(axis=1) / 2
         return closeness
 

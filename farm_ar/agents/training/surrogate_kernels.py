@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import NamedTuple
 
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.kernels import compiled
-from farm_ar.reid.kernels import assign_most
-from farm_ar.reid.margins import find_margins
+from farm_ar.reid.assignment import Rule, assess, known_at, seen_at
 
 STRIDE_M = 0.01
 """How far a building is carried before what is in its way is pushed."""
@@ -155,7 +155,6 @@ def _push_out(
     return True
 
 
-@compiled
 def assess_all(
     position: FloatArray,
     yaw: FloatArray,
@@ -163,12 +162,9 @@ def assess_all(
     facing: FloatArray,
     seen: BoolArray,
     starts: IntArray,
-    translation_weight: float,
-    rotation_weight: float,
+    rule: Rule,
     cost: FloatArray,
-    margin: FloatArray,
-    wrong: IntArray,
-) -> None:
+) -> tuple[FloatArray, IntArray]:
     """What the paper's method would say of B tables on which M objects stand kind by kind.
 
     Args:
@@ -178,38 +174,18 @@ def assess_all(
         facing: (B, M) its heading, radians.
         seen: (B, M) objects in view.
         starts: (kinds + 1,) where each kind begins, and M.
-        translation_weight: cost of a metre.
-        rotation_weight: of the sine of half the turn.
+        rule: the weights.
         cost: (B, M, W) filled with the costs (Eq. 7) of the labels of the object's kind; more are left.
-        margin: (B, M) filled with the margins of the objects in view, infinite for the others.
-        wrong: (B,) filled with the number of labels that would be read from another object than their own.
+
+    Returns:
+        (B, M) margins of the objects in view, infinite for the others; (B,) labels that would be read from
+        another object than their own.
     """
-    for b in range(len(yaw)):
-        wrong[b] = 0
-        for kind in range(len(starts) - 1):
-            first, last = starts[kind], starts[kind + 1]
-            n = last - first
-            rows = np.empty(n, dtype=np.int64)
-            r = 0
-            for i in range(n):
-                for j in range(n):
-                    dx = position[b, first + i, 0] - home[b, first + j, 0]
-                    dz = position[b, first + i, 1] - home[b, first + j, 1]
-                    angle = abs(np.sin((yaw[b, first + i] - facing[b, first + j]) / 2))
-                    way = np.sqrt(dx * dx + dz * dz)
-                    cost[b, first + i, j] = translation_weight * way + rotation_weight * angle
-                margin[b, first + i] = np.inf
-                if seen[b, first + i]:
-                    rows[r] = i
-                    r += 1
-            if r == 0:
-                continue
-            asked = np.empty((r, n))
-            for k in range(r):
-                asked[k] = cost[b, first + rows[k], :n]
-            column = np.empty(r, dtype=np.int64)
-            assign_most(asked, column, np.empty(r), np.empty(r + n))
-            rises, _ = find_margins(asked, column)
-            for k in range(r):
-                margin[b, first + rows[k]] = rises[k]
-                wrong[b] += column[k] != rows[k]
+    code = np.repeat(np.arange(len(starts) - 1), np.diff(starts))
+    found = assess(
+        seen_at(position, yaw, code, seen), known_at(home, facing, code), rule, margins=True, costs=True
+    )
+    for first, last in itertools.pairwise(starts.tolist()):
+        cost[:, first:last, : last - first] = found.costs[:, first:last, first:last]
+    wrong = (seen & (found.label != np.arange(len(code)))).sum(axis=1)
+    return np.where(seen, found.margin, np.inf), wrong

@@ -38,10 +38,13 @@ from farm_ar.reid import (
     LastKnownReid,
     NearestReid,
     SpatialReid,
+    rotation_cost,
     solve_assignment,
+    total_cost,
+    translation_cost,
 )
-from farm_ar.reid.margins import margins
-from farm_ar.scenes import Camera, Layout, Weights, builtin_scene, observe
+from farm_ar.reid.assignment import margins
+from farm_ar.scenes import Camera, Layout, Weights, builtin_scene, observe, visible
 
 
 def trial_of(number=0, queries=300, budget=1.0, reid="spatial", scene="farm", jitter="default"):
@@ -315,16 +318,30 @@ def test_margins_are_those_of_the_table_as_it_stands_and_0_when_wrong():
     assert least_margins(oracle, failure.position[None], failure.yaw[None])[0] == 0.0
 
 
-def test_the_margins_kernel_says_the_same_uncompiled():
+def test_what_a_search_looks_at_follows_from_the_equations(rng):
     oracle = trial_of(2)
     case, layout = oracle.case, oracle.case.layout
-    expected = least_margins(oracle, layout.position[None], layout.yaw[None])
-    result, wrong, ambiguity = np.ones(1), np.zeros(1), np.zeros(1)
-    cost_model._look.py_func(
-        layout.position[None], layout.yaw[None], case.in_view[None], layout.position, layout.yaw,
-        layout.category_code, 1 / case.scene.diagonal, 1.0, result, wrong, ambiguity,
-    )  # fmt: skip
-    assert result == pytest.approx(expected)
+    position = layout.position + 0.25 * rng.normal(size=(6, *layout.position.shape)) * layout.movable[:, None]
+    yaw = np.repeat(layout.yaw[None], 6, axis=0)
+    wrong, ambiguity = cost_model.worth_of(oracle, position, yaw)
+    least = least_margins(oracle, position, yaw)
+    code, weights = layout.category_code, case.scene.cost_weights
+    for b in range(6):
+        seen = np.flatnonzero(visible(layout.with_poses(position[b], yaw[b]), case.camera))
+        cost = total_cost(
+            translation_cost(position[b, seen], layout.position, case.scene.diagonal),
+            rotation_cost(yaw[b, seen], layout.yaw),
+            np.ones((1, 1)),
+            weights.translation,
+            weights.rotation,
+        )
+        cost[code[seen][:, None] != code] = np.inf
+        column = solve_assignment(cost)
+        clear = np.where(column == seen, margins(cost, column), 0.0)
+        assert least[b] == pytest.approx(min(1.0, clear.min()))
+        assert wrong[b] == np.count_nonzero(column != seen)
+        assert ambiguity[b] == pytest.approx(np.maximum(1 - clear / 0.3, 0).sum())
+    assert wrong.sum() > 0
 
 
 def test_cases_are_a_function_of_seed_and_number():

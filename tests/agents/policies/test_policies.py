@@ -17,7 +17,7 @@ from farm_ar.agents.policies import (
     play_episodes,
 )
 from farm_ar.agents.policies.greedy import allowed_actions
-from farm_ar.agents.policies.lookahead import _foresee, foresee
+from farm_ar.agents.policies.lookahead import foresee
 from farm_ar.errors import OptionError
 
 SEEDS = range(3)
@@ -173,19 +173,3 @@ def test_what_is_foreseen_of_a_moved_table_is_what_the_snapshot_says(rng):
         assert seen.wrong[0] == tracker.belief.wrong_labels
         wrong += int(seen.wrong[0])
     assert wrong > 0
-
-
-def test_the_kernel_says_the_same_uncompiled():
-    env = table(jitter="hard").unwrapped
-    env.reset(seed=1)
-    view = env.view
-    layout = view.truth
-    for kernel in (_foresee, _foresee.py_func):
-        wrong, ambiguity = np.zeros(1, dtype=np.int64), np.zeros(1)
-        kernel(
-            layout.position[None], layout.yaw[None], view.in_view[None], layout.position, layout.yaw,
-            layout.category_code, layout.movable, np.zeros(len(layout), dtype=bool), 1.0, 1.0,
-            wrong, ambiguity,
-        )  # fmt: skip
-        assert wrong[0] == 0
-        assert ambiguity[0] >= 0

@@ -34,7 +34,7 @@ def in_another_order(env, order):
     """What the environment would show, had the agent met the objects in another order."""
     env._order, env._movable = order, order[env.world.truth.movable[order]]
     env._view = None
-    env._reading.meet(env.world.truth, order)
+    env._features.meet(env.world.truth, order)
     return env.observe(), env.action_masks()
 
 

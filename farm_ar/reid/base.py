@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray, Record, read_only
-from farm_ar.errors import SnapshotError
-from farm_ar.scenes import UNKNOWN, Snapshot
+from farm_ar.errors import OptionError, SnapshotError
+from farm_ar.scenes import UNKNOWN, Camera, Detections, Scene, Snapshot, SnapshotBatch
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ class Identification(Record):
         candidates: the labels that were considered.
         sites: names of the sites whose labels were considered; none where nothing was pruned.
         widened: whether the threshold left fewer candidates than detections, so that sites were added.
-        solve_time: seconds spent in the solver.
+        solve_time: seconds spent in the solver; with `lsap` on the costs, too, found in the same call.
         assurance: how sure the answer is, or what works it out when it is first asked for.
 
     Raises:
@@ -207,10 +207,110 @@ class IdentificationBatch(Record):
         return tuple(None if i == UNKNOWN else self.labels[i] for i in self.label[index, :count])
 
 
-@runtime_checkable
-class Reidentifier(Protocol):
-    """Anything that says which detection is which label."""
+class Reidentifier(ABC):
+    """What says which detection is which label: the contract of every re-identifier.
 
+    A class that has `identify` and does not inherit counts as one, too; `as_reidentifier` gives it the rest.
+
+    Attributes:
+        scene: the reference layout and its room.
+    """
+
+    scene: Scene
+
+    @abstractmethod
     def identify(self, snapshot: Snapshot) -> Identification:
         """The label of each detection of a snapshot."""
-        ...
+
+    def identify_many(self, batch: SnapshotBatch, margins: bool = False) -> IdentificationBatch:
+        """The labels of the detections of many snapshots; by default one by one.
+
+        Args:
+            batch: the snapshots.
+            margins: whether margins and runners-up are found too.
+        """
+        names, shape = self.scene.layout.labels, batch.yaw.shape
+        index = {name: j for j, name in enumerate(names)} | {None: UNKNOWN}
+        label, second = np.full(shape, UNKNOWN), np.full(shape, UNKNOWN)
+        cost, rise, confidence = (np.full(shape, np.nan) for _ in range(3))
+        every, widened = np.empty(len(batch), dtype=np.int64), np.zeros(len(batch), dtype=bool)
+        for b in range(len(batch)):
+            answer = self.identify(batch.snapshot(b))
+            n = len(answer.labels)
+            label[b, :n] = [index[name] for name in answer.labels]
+            cost[b, :n], confidence[b, :n] = answer.cost, answer.confidence
+            every[b], widened[b] = len(answer.candidates), answer.widened
+            if margins:
+                rise[b, :n] = answer.margin
+                second[b, :n] = [index[name] for name in answer.runner_up]
+        return IdentificationBatch(names, label, cost, every, widened, rise, second, confidence)
+
+    def identify_objects(self, objects: Detections, cameras: Sequence[Camera]) -> Identification:
+        """The label of each object, all detected from one camera or another; by default from the last one."""
+        return self.identify(Snapshot(cameras[-1], objects))
+
+    def problem(self, snapshot: Snapshot) -> tuple[FloatArray, tuple[str | None, ...]]:
+        """(N, K) costs of which the answer is the cheapest assignment; the label of each column, or None.
+
+        Raises:
+            OptionError: the answer is not one, which is the default.
+        """
+        raise OptionError("reid", "must assign labels by costs", type(self).__name__)
+
+    def cost_terms(self, snapshot: Snapshot) -> Mapping[str, FloatArray]:
+        """(N, M) of each term of the costs of all labels, by name. What is lower speaks for the label.
+
+        Raises:
+            OptionError: the costs have no terms, which is the default.
+        """
+        raise OptionError("reid", "must have costs that are sums of terms", type(self).__name__)
+
+    @classmethod
+    def __subclasshook__(cls, other: type) -> bool:
+        duck = cls is Reidentifier and any("identify" in vars(one) for one in other.__mro__)
+        return True if duck else NotImplemented
+
+
+def as_reidentifier(reid: Reidentifier, scene: Scene | None = None) -> Reidentifier:
+    """A re-identifier with all methods: itself, or what has `identify` with the defaults for what it lacks.
+
+    Args:
+        reid: the re-identifier.
+        scene: the scene that it knows; its own by default.
+    """
+    return reid if Reidentifier in type(reid).__mro__ else _Adapted(reid, scene)
+
+
+class _Adapted(Reidentifier):
+    """Something with `identify` that does not inherit from `Reidentifier`."""
+
+    def __init__(self, reid: Reidentifier, scene: Scene | None) -> None:
+        self._reid = reid
+        known = getattr(reid, "scene", scene)
+        if known is not None:
+            self.scene = known
+
+    def identify(self, snapshot: Snapshot) -> Identification:
+        return self._reid.identify(snapshot)
+
+    def identify_many(self, batch: SnapshotBatch, margins: bool = False) -> IdentificationBatch:
+        own: Callable[..., IdentificationBatch] | None = getattr(self._reid, "identify_many", None)
+        if own is None:
+            return super().identify_many(batch, margins)
+        return own(batch, margins=True) if margins else own(batch)
+
+    def identify_objects(self, objects: Detections, cameras: Sequence[Camera]) -> Identification:
+        own: Callable[..., Identification] | None = getattr(self._reid, "identify_objects", None)
+        return super().identify_objects(objects, cameras) if own is None else own(objects, cameras)
+
+    def problem(self, snapshot: Snapshot) -> tuple[FloatArray, tuple[str | None, ...]]:
+        own: Callable[[Snapshot], tuple[FloatArray, tuple[str | None, ...]]] = getattr(
+            self._reid, "problem", super().problem
+        )
+        return own(snapshot)
+
+    def cost_terms(self, snapshot: Snapshot) -> Mapping[str, FloatArray]:
+        own: Callable[[Snapshot], Mapping[str, FloatArray]] = getattr(
+            self._reid, "cost_terms", super().cost_terms
+        )
+        return own(snapshot)
