@@ -197,8 +197,11 @@ def _training(folder: Path) -> None:
 
 def _command(*arguments: object) -> None:
     from farm_ar.cli.program import app
+    from farm_ar.errors import UnfinishedError
 
-    app([str(argument) for argument in arguments], standalone_mode=False)
+    words = [str(argument) for argument in arguments]
+    if code := app(words, standalone_mode=False):
+        raise UnfinishedError(f"farm-ar {' '.join(words)} ended with exit code {code}")
 
 
 STEPS: dict[str, Callable[[Path], None]] = {

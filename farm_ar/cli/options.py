@@ -100,16 +100,12 @@ def require_trust(source: str, code: Sequence[str], trust: bool) -> None:
     Raises:
         OptionError: there is code, and it is not trusted.
     """
-    from farm_ar.errors import OptionError
-
     if not code:
         return
     runs = " and ".join(code)
     if not trust:
         expected = f"must be given to load {source}, which runs {runs}, code of whoever wrote it"
         raise OptionError("--trust", expected, "nothing")
-    import typer
-
     from farm_ar.cli.output import printable
 
     typer.echo(printable(f"Loading {source} runs {runs}, code of whoever wrote it."), err=True)
@@ -125,8 +121,6 @@ def code_of(run: str, which: str) -> list[str]:
     Raises:
         RunError: its files are damaged.
     """
-    from pathlib import Path
-
     from farm_ar.agents.training.checkpoints import pickles_in
     from farm_ar.agents.training.run_folder import BEST, CHECKPOINTS, RunFolder
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any, ClassVar
 
+import gymnasium as gym
 from gymnasium.envs.registration import registry
 
 from farm_ar.envs.config import EnvConfig
 from farm_ar.envs.env import FarmToTableEnv
-from farm_ar.errors import known_name
+from farm_ar.errors import OptionError, known_name
 
 
 class EntryPoint:
@@ -44,3 +45,16 @@ def check_arguments(env_id: str, arguments: Iterable[str]) -> None:
     if spec is not None and spec.entry_point == NAMED:
         for name in arguments:
             known_name("argument", name, EnvConfig.__dataclass_fields__)
+
+
+def make_env(env_id: str, arguments: Mapping[str, Any]) -> gym.Env[Any, Any]:
+    """The environment of any id, with its arguments.
+
+    Raises:
+        OptionError: there is no such environment or module, or it does not take the arguments.
+    """
+    check_arguments(env_id, arguments)
+    try:
+        return gym.make(env_id, **arguments)
+    except (gym.error.Error, TypeError, ModuleNotFoundError) as problem:
+        raise OptionError("env", f"must be one that can be made ({problem})", env_id) from None

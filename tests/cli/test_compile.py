@@ -1,6 +1,9 @@
 """`farm-ar compile`: the machine code of kernels, made ahead."""
 
-from farm_ar.cli.compiling import STEPS
+import pytest
+
+from farm_ar.cli.compiling import STEPS, _command
+from farm_ar.errors import UnfinishedError
 
 
 def test_what_is_compiled_is_on_the_disk_and_nothing_is_printed(run, tmp_path, monkeypatch):
@@ -14,3 +17,8 @@ def test_a_part_that_is_not_known_is_refused_with_the_list(mistake):
     told = mistake("compile", "coffee")
     assert "part" in told
     assert all(name in told for name in STEPS)
+
+
+def test_a_part_that_ends_with_a_mistake_does_not_count_as_compiled():
+    with pytest.raises(UnfinishedError, match="scenes validate nothing.json ended with exit code 2"):
+        _command("scenes", "validate", "nothing.json")

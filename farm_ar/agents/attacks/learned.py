@@ -43,7 +43,7 @@ class Learned(Attack):
 
     Args:
         policies: folders of training runs, or names of policies that come with farm-ar.
-        trust: whether the folders may load code of whoever wrote them: pickles of an older version.
+        trust: whether the folders may load code of whoever wrote them, as in `load_policy`.
     """
 
     policies: Sequence[str] = SHIPPED

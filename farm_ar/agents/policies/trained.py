@@ -20,7 +20,7 @@ from farm_ar.agents.training.object_policy import ObjectPolicy
 from farm_ar.agents.training.recipes import ALGORITHMS, POLICY_CLASSES
 from farm_ar.agents.training.run_folder import BEST, CHECKPOINTS, RunFolder
 from farm_ar.envs import FarmToTableEnv
-from farm_ar.envs.registration import check_arguments
+from farm_ar.envs.registration import check_arguments, make_env
 from farm_ar.errors import OptionError, known_name
 
 SHIPPED, SHIPPED_ENV = "models", "FarmToTable-v0"
@@ -79,7 +79,7 @@ def policy_and_env(
         run: a run's folder, or the name of a policy that comes with farm-ar.
         which: "best" or "last", of a run.
         arguments: of the environment, in place of those of the training.
-        trust: whether a run may load code of whoever wrote it: pickles of an older version.
+        trust: whether a run may load code of whoever wrote it, as in `load_policy`.
 
     Raises:
         RunError: it is no run's folder, or needs to be trusted.
@@ -108,21 +108,23 @@ def load_policy(run: Path, which: str = "best", trust: bool = False) -> TrainedP
     Args:
         run: the run's folder.
         which: "best", by the evaluations, or "last".
-        trust: whether pickles of an older version may be loaded, which can run code of whoever wrote them.
+        trust: whether the folder may run code of whoever wrote it: the module of its environment, pickles of
+            an older version.
 
     Raises:
         RunError: it is no run's folder, or has come to no such model, or the model's files are damaged or
-            are pickles that are not trusted.
-        OptionError: `which` is neither, or "best" of a run that has not been evaluated.
+            would run code that is not trusted.
+        OptionError: `which` is neither, or "best" of a run that has not been evaluated; or its environment
+            cannot be made.
     """
     folder = RunFolder(run)
-    description = folder.read()
+    description = folder.read_to_make(trust)
     kind = BEST if known_name("which", which, ("best", "last")) == "best" else CHECKPOINTS
     if kind == BEST and not folder.kept(BEST) and folder.kept(CHECKPOINTS):
         raise OptionError("which", "must be last for a run that has not been evaluated yet", which)
     saved, recipe = folder.newest(kind), description.recipe
     learner: Any = ALGORITHMS[description.algo]
-    envs = DummyVecEnv([lambda: gym.make(description.env, **recipe.env_kwargs)])
+    envs = DummyVecEnv([lambda: make_env(description.env, recipe.env_kwargs)])
     spaces_of = learner._wrap_env(envs, monitor_wrapper=False)  # images are turned for the network
     make: Any = POLICY_CLASSES[recipe.policy]
     make = learner.policy_aliases.get(make, make)

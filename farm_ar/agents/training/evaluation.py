@@ -196,7 +196,7 @@ def compare(
         which: "best" or "last" of each run.
         arguments: of the environment, in place of the training's.
         seed: of the policies that need one.
-        trust: whether the runs may load code of whoever wrote them: pickles of an older version.
+        trust: whether the runs may load code of whoever wrote them, as in `load_policy`.
 
     Raises:
         RunError: a folder is no run's.

@@ -158,6 +158,18 @@ class RunFolder:
         recipe = recipe_from(sections[found["env"]], settings_of(found["algo"]), source)
         return Run(**{name: found[name] for name in DOCUMENT.top.fields}, recipe=recipe)  # type: ignore[attr-defined]
 
+    def read_to_make(self, trust: bool) -> Run:
+        """The same, of a run whose environment is about to be made, which imports its module.
+
+        Raises:
+            RunError: as `read`; or there is such a module, and it is not trusted.
+        """
+        run = self.read()
+        if run.modules() and not trust:
+            expected = "must be trusted (--trust), as importing a module runs code of whoever wrote it"
+            raise RunError("env", expected, " and ".join(run.modules()), str(self.path))
+        return run
+
     def keep(self, kind: str, steps: int, write: Callable[[Path], None]) -> None:
         """Keep files whole or not at all, in `kind/STEPS/`, beside the ones before them.
 

@@ -8,7 +8,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import gymnasium as gym
 import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback, CallbackList
@@ -31,7 +30,7 @@ from farm_ar.agents.training.imitation import ImitatingPPO
 from farm_ar.agents.training.recipes import ALGORITHMS, POLICY_CLASSES, RecipeError, check_fit
 from farm_ar.agents.training.run_folder import CHECKPOINTS, Run, RunFolder
 from farm_ar.agents.training.surrogate_env import SurrogateEnv
-from farm_ar.envs.registration import check_arguments
+from farm_ar.envs.registration import make_env
 from farm_ar.errors import OptionError
 
 EVALUATION_SEED = 1_000_003
@@ -60,7 +59,8 @@ def train(
         resume: whether to go on from the newest checkpoint in the folder, if there is one.
         progress: whether to show a bar, or lines where no terminal can show it.
         steps: in all, of a run that goes on, in place of those it was to have.
-        trust: whether pickles of an older version may be loaded, which can run code of whoever wrote them.
+        trust: whether a folder that exists may run code of whoever wrote it: the module of its environment,
+            pickles of an older version.
 
     Returns:
         The learner, trained.
@@ -68,7 +68,7 @@ def train(
     Raises:
         OptionError: the folder holds a run already, another process trains in it, or learner and environment
             do not fit.
-        RunError: the run's files are damaged, or hold pickles that are not trusted.
+        RunError: the run's files are damaged, or would run code that is not trusted.
     """
     folder = RunFolder(path)
     if not folder.exists:
@@ -83,7 +83,7 @@ def _train(
     if folder.exists and not resume:
         raise OptionError("run", "must be a new folder, or go on with --resume", str(folder.path))
     if folder.exists:
-        run = folder.read()
+        run = folder.read_to_make(trust)
         if steps is not None:
             run = replace(run, recipe=replace(run.recipe, n_timesteps=steps))
             folder.describe(run)
@@ -117,11 +117,7 @@ def check(run: Run) -> None:
     Raises:
         OptionError: learner, recipe and environment do not fit.
     """
-    check_arguments(run.env, run.recipe.env_kwargs)
-    try:
-        env = gym.make(run.env, **run.recipe.env_kwargs)
-    except (gym.error.Error, TypeError) as problem:
-        raise OptionError("env", f"must be one that can be made ({problem})", run.env) from None
+    env = make_env(run.env, run.recipe.env_kwargs)
     check_fit(run.algo, run.recipe.policy, env)
     if run.recipe.imitate is not None:
         shown = run.recipe.imitate["steps"]

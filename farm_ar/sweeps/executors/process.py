@@ -19,7 +19,7 @@ from numbers import Integral, Real
 
 from farm_ar.errors import OptionError
 from farm_ar.sweeps.executors.base import Attempt, Stoppable, attempt, check_version
-from farm_ar.sweeps.unit import Unit
+from farm_ar.sweeps.unit import Unit, load_function
 
 AHEAD_S, MOST_AHEAD, MOST_BYTES_AHEAD = 0.03, 64, 4096
 """Work that a busy worker is given ahead, so that it need not wait for the next unit: seconds, units, bytes.
@@ -245,8 +245,6 @@ def _work(pipe: Connection) -> None:
 
 def _prepare(unit: Unit) -> Attempt | None:
     """Load a unit's function; what went wrong, if anything did."""
-    from farm_ar.sweeps.unit import load_function
-
     try:
         check_version(unit)
         load_function(unit.function)

@@ -1,5 +1,8 @@
 """Trained players: those of a run, and those that come with farm-ar."""
 
+import sys
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -14,6 +17,7 @@ from farm_ar.agents.policies.trained import (
 )
 from farm_ar.agents.training import evaluation
 from farm_ar.agents.training.evaluation import Comparison, Played, best_found, compare, held_out, play
+from farm_ar.agents.training.run_folder import RunError, RunFolder
 from farm_ar.agents.training.training import train
 from farm_ar.envs import FarmToTableEnv
 from farm_ar.errors import OptionError
@@ -110,3 +114,40 @@ def test_runs_of_other_environments_are_not_compared_as_one():
 def test_a_player_who_cannot_play_there_is_named():
     with pytest.raises(OptionError, match=r"beside: must be policies that can act here \(sign: "):
         compare(["farm-slot"], ["analytic"], 2, arguments={"sign": -1})
+
+
+@pytest.fixture
+def of_a_module(tiny, tmp_path, monkeypatch):
+    """The folder of a run whose environment is that of a module, which leaves a file where it is imported."""
+    RunFolder(tmp_path / "run").describe(replace(tiny(), env="somebodys_module:Theirs-v0"))
+    (tmp_path / "run" / "best" / "000000001").mkdir(parents=True)
+    (tmp_path / "somebodys_module.py").write_text("open('imported', 'w').close()\n")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    return tmp_path / "run"
+
+
+@pytest.mark.parametrize("use", ["load", "compare", "resume"])
+def test_the_module_that_a_run_names_is_imported_only_if_it_is_trusted(of_a_module, use):
+    def made(trust):
+        if use == "load":
+            load_policy(of_a_module, trust=trust)
+        elif use == "compare":
+            compare([str(of_a_module)], [], 2, trust=trust)
+        else:
+            train(RunFolder(of_a_module).read(), of_a_module, resume=True, trust=trust)
+
+    imported = of_a_module.with_name("imported")
+    with pytest.raises(RunError, match=r"env: must be trusted \(--trust\)"):
+        made(trust=False)
+    assert not imported.exists()
+    with pytest.raises(OptionError, match="env: must be one that can be made"):  # it registers nothing
+        made(trust=True)
+    assert imported.exists()
+    sys.modules.pop("somebodys_module")
+
+
+def test_a_run_of_an_environment_that_is_not_there_is_refused(of_a_module):
+    RunFolder(of_a_module).describe(replace(RunFolder(of_a_module).read(), env="Nowhere-v0"))
+    with pytest.raises(OptionError, match="env: must be one that can be made"):
+        load_policy(of_a_module)
