@@ -20,5 +20,5 @@ def test_a_part_that_is_not_known_is_refused_with_the_list(mistake):
 
 
 def test_a_part_that_ends_with_a_mistake_does_not_count_as_compiled():
-    with pytest.raises(UnfinishedError, match="scenes validate nothing.json ended with exit code 2"):
+    with pytest.raises(UnfinishedError, match=r"scenes validate nothing\.json ended with exit code 2"):
         _command("scenes", "validate", "nothing.json")
