@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from farm_ar.envs import FarmToTableEnv
-from farm_ar.envs.actions import SlotAction, VelocityAction
+from farm_ar.envs.actions import ContinuousAction, Move, SlotAction, VelocityAction
+from farm_ar.envs.table import TableView
 from farm_ar.geometry import bearing, wrap
-from farm_ar.scenes import Camera, FieldOfView
+from farm_ar.scenes import Camera, FieldOfView, Scene
 
 AT_EASE = {"jitter": "none", "play_seconds": 0.0, "budget": 9.0}
 
@@ -220,3 +221,37 @@ def test_slots_beyond_the_labels_of_a_kind_begin_anew():
         (same,) = action.decode([number, slot % counts.min(), 1], view)
         np.testing.assert_array_equal(move.displacement, same.displacement)
         assert move.turn == same.turn
+
+
+def test_the_slot_nearest_to_a_move_is_the_same_in_a_room_of_ten_times_the_size(rng):
+    env = begun(action="slot")
+    view, action = env.view, env.control.action
+    truth, believed = (
+        layout.placed(10 * layout.position, layout.yaw) for layout in (view.truth, view.believed)
+    )
+    large = TableView(
+        Scene("large", (12.0, 8.0), truth), truth, believed, view.camera, view.order, view.movable
+    )
+    shares = set()
+    for index in view.movable.tolist():
+        for _ in range(5):
+            metres, turn = rng.uniform(-0.3, 0.3, 2), float(rng.uniform(-1.5, 1.5))
+            chosen = action.encode([Move(index, metres, turn)], view)
+            np.testing.assert_array_equal(action.encode([Move(index, 10 * metres, turn)], large), chosen)
+            shares.add(int(chosen[2]))
+    assert shares == {0, 1, 2}
+
+
+@pytest.mark.parametrize("free", range(4))
+def test_a_turn_is_ended_by_a_pick_at_the_corner_where_nothing_stands(free):
+    view = begun(action="continuous").view
+    position = view.truth.position.copy()
+    corners = np.delete([[0.03, 0.03], [0.03, 0.77], [1.17, 0.03], [1.17, 0.77]], free, axis=0)
+    position[view.movable[:3]] = corners
+    truth = view.truth.placed(position, view.truth.yaw)
+    all_round = Camera(np.array([0.6, 0.4]), 0.0, FieldOfView(np.pi, np.pi, 9.0))
+    full = TableView(view.scene, truth, view.believed, all_round, view.order, view.movable)
+    action = ContinuousAction(len(view.movable), 5, 1.0)
+    assert action.decode(action.encode([], full), full) is None
+    for corner in corners:
+        assert action.decode(np.array([*(2 * corner / view.size - 1), 0, 0, 0]), full) is not None

@@ -113,6 +113,14 @@ def test_an_action_in_the_mirror_does_the_mirrored_thing(name, pair):
     assert found > 20
 
 
+@pytest.mark.parametrize("name", ["displacement", "slot"])
+def test_the_end_of_a_turn_is_its_own_mirror_image(name, pair):
+    action = MOVE_ACTIONS[name](10, 5, 1.0)
+    ended = action.encode([], pair[0].view)
+    np.testing.assert_array_equal(action.mirror(ended), ended)
+    np.testing.assert_array_equal(action.mirror(np.stack([ended, ended])), [ended, ended])
+
+
 def test_a_steered_hand_goes_the_other_way_in_the_mirror():
     action = VelocityAction()
     asked = np.array([0.5, -0.25, 1.0, 1.0], dtype=np.float32)

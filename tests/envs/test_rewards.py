@@ -142,3 +142,11 @@ def test_a_helper_is_paid_for_making_the_table_clearer(plain, offsets):
         assert info["wrong_labels"] == 0
         assert clutter(env) == pytest.approx(after)
         assert reward == pytest.approx(sign * 0.5 * (after - before) - 0.25 * 0.025)
+
+
+def test_clutter_is_that_of_the_table_as_it_stands_not_as_it_is_believed(plain, offsets, left_only):
+    env = plain(reward="clutter")
+    env.reset(seed=0, options={"camera": left_only})
+    env.step(offsets((0.0, 0.1)))
+    # Out of view, the left coop is believed to be 10 cm from the other; it stands 10 cm farther back.
+    assert clutter(env) == pytest.approx(2 * (1 - 2 * np.hypot(0.1, 0.1) / 0.3) / 2)

@@ -8,6 +8,7 @@ import pytest
 from farm_ar.envs import FarmToTableEnv
 from farm_ar.envs.generator import StartingLayouts
 from farm_ar.envs.rewards import clutter
+from farm_ar.game_logic.headset import field_of_view
 from farm_ar.geometry import deepest_overlap, footprint_corners, footprints_overlap, wrap
 from farm_ar.scenes import Camera, FieldOfView, Layout, Scene, builtin_scene
 
@@ -197,3 +198,13 @@ def test_what_the_page_says_of_jitter_animals_and_clutter_is_so():
         env.reset(seed=seed)
         animals.append(len(env.world.render_state().animal_goal))
     assert np.mean(animals) == pytest.approx(10 * 3.3, rel=0.1)
+
+
+@pytest.mark.parametrize("game", [False, True])
+def test_a_camera_given_without_a_field_of_view_has_the_scenes_on_a_path_and_the_headsets_in_the_game(game):
+    scene = builtin_scene("farm" if game else "L1")
+    env = FarmToTableEnv(scene=scene, control="layout", game=game)
+    env.reset(seed=0, options={"camera": {"position": [1.0, 1.0], "yaw": 0.5}})
+    headset = field_of_view("photo")
+    assert env.world.camera.fov == (headset if game else scene.fov)
+    assert game or scene.fov != headset

@@ -456,3 +456,24 @@ def test_players_need_what_training_needs(monkeypatch):
 def test_an_attack_of_another_name_is_refused():
     with pytest.raises(OptionError, match="learned, planned"):
         attack_named("luck")
+
+
+def test_a_failure_says_which_query_found_it_counting_only_what_was_asked():
+    oracle = trial_of(budget=2.0)
+    layout = oracle.case.layout
+    one, other = next(
+        (i, j)
+        for i in np.flatnonzero(oracle.case.in_view & layout.movable)
+        for j in np.flatnonzero(oracle.case.in_view & layout.movable)
+        if i < j and layout.category[i] == layout.category[j]
+    )
+    places, headings = np.repeat(layout.position[None], 4, axis=0), np.repeat(layout.yaw[None], 4, axis=0)
+    places[1] += [5.0, 0.0]
+    for k in (2, 3):
+        places[k, [one, other]] = layout.position[[other, one]]
+        headings[k, [one, other]] = layout.yaw[[other, one]]
+    assert oracle.query(places[:1], headings[:1]).tolist() == [0]
+    assert oracle.query(places, headings).tolist() == [0, NOT_ASKED, 2, 2]
+    assert oracle.cheapest is not None
+    # The first query is of the call before; then the table as it is, and the pair that has changed places.
+    assert oracle.cheapest.query == 3

@@ -230,3 +230,17 @@ def test_the_single_mover_says_the_same_uncompiled(monkeypatch):
     assert [single_mover.py_func(mover) for mover in movers] == pytest.approx(expected)
     # Half of the way and of the turn together, whether by going or by turning; and the other's leaving.
     assert expected[0] == pytest.approx((np.hypot(0.4, 0.1) / 1.4 + between) / 2 + 0.05, rel=2e-3)
+
+
+def test_what_stands_out_of_the_room_may_leave_the_view_nearer_to_its_wall_than_its_radius():
+    # The view's left edge is 6 cm from the wall; the object there reaches 2 cm through the wall.
+    slanted = Camera(np.array([0.5, -1.0]), np.array(0.0), FieldOfView(np.arctan(0.44 / 1.5), 1.0, 9.0))
+    case = room([[0.08, 0.5], [0.45, 0.5]], size=0.2, camera=slanted)
+    assert case.stays_inside.tolist() == [False, True]
+    assert case.in_view.all()
+    reid = SpatialReid(case.scene)
+    oracle = QueryOracle(case, reid, 1, 9.0)
+    # The one leaves the view; the other comes more than half of the way to where it was.
+    position = np.array([[[0.05, 0.5], [0.26, 0.5]]])
+    assert oracle.query(position, np.zeros((1, 2))).tolist() == [1]
+    assert lower_bound(case, reid).total <= oracle.effort(position, np.zeros((1, 2)))[0]

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from farm_ar.arrays import FloatArray
 from farm_ar.errors import SceneError
-from farm_ar.game_logic.physics.tabletop import Tabletop
+from farm_ar.game_logic.physics.tabletop import REACHED_RAD, MotionLimit, Tabletop
 from farm_ar.geometry import deepest_overlap, footprint_corners, footprints_overlap, segment_hits_footprint
 from farm_ar.scenes import Layout
 from farm_ar.scenes.builtin.farm import farm
@@ -17,6 +17,7 @@ from farm_ar.scenes.builtin.farm import farm
 SCENE = farm()
 EFFORT = settings().max_examples
 COOP, HUTCH, SHED = (0.10, 0.08, 0.09), (0.09, 0.07, 0.07), (0.20, 0.14, 0.16)
+ONE = Layout(("coop",), ("coop",), np.array([[0.3, 0.4]]), np.zeros(1), np.array([COOP]))
 CELL = 0.14  # a coop fits into it however it is turned
 WIDE, NARROW = (8, 5), (5, 4)
 TOLERATED = 3e-4
@@ -349,3 +350,21 @@ def test_overlap_is_0_exactly_where_no_footprints_overlap(seed: int) -> None:
     pairs = footprints_overlap(place[:, None], yaw[:, None], size[:, None], place, yaw, size)
     np.fill_diagonal(pairs, False)
     assert (deepest_overlap(place, yaw, size) > 0) == pairs.any()
+
+
+@pytest.mark.parametrize("yaw", [3.5, -3.5, 0.3 + 4 * np.pi])
+def test_a_heading_counts_as_reached_whatever_turns_it_is_given_with(yaw: float) -> None:
+    table = Tabletop(ONE, (1.2, 0.8))
+    carried = table.carry(0, (0.6, 0.4), yaw)
+    assert carried.reached
+    assert carried.error_rad < REACHED_RAD
+    assert np.cos(table.poses()[1][0] - yaw) > np.cos(REACHED_RAD)
+
+
+@pytest.mark.parametrize("most", [MotionLimit(radians=0.5), MotionLimit(metres=0.3)])
+def test_a_limit_counts_from_when_it_was_set(most: MotionLimit) -> None:
+    table = Tabletop(ONE, (1.2, 0.8))
+    for step in range(1, 4):
+        goal, yaw = (0.3 + 0.2 * step, 0.4), 0.3 * step
+        assert table.carry(0, goal, yaw, most=most).reached
+    assert not table.carry(0, (0.3, 0.4), 0.0, most=most).reached
