@@ -16,6 +16,8 @@ from numba.core.dispatcher import Dispatcher
 
 import farm_ar
 from farm_ar import kernels
+from farm_ar.agents.policies import beam_search
+from farm_ar.envs import env
 
 FILES = {
     "__init__.py": "",
@@ -264,3 +266,9 @@ def test_the_key_of_every_kernel_covers_all_kernels_and_modules_that_it_names():
                     assert Path(inspect.getfile(other)) in key, (module, name)
                     checked += other is not module
     assert checked > 50
+
+
+def test_an_edit_of_the_environment_leaves_the_search_for_plans_compiled():
+    files = kernels._closure(Path(inspect.getfile(beam_search)))
+    assert files is not None
+    assert Path(inspect.getfile(env)) not in files

@@ -228,6 +228,9 @@ class Reidentifier(ABC):
         Args:
             batch: the snapshots.
             margins: whether margins and runners-up are found too.
+
+        Raises:
+            SnapshotError: an answer has not one label of the scene, or None, for each detection.
         """
         names, shape = self.scene.layout.labels, batch.yaw.shape
         index = {name: j for j, name in enumerate(names)} | {None: UNKNOWN}
@@ -236,7 +239,13 @@ class Reidentifier(ABC):
         every, widened = np.empty(len(batch), dtype=np.int64), np.zeros(len(batch), dtype=bool)
         for b in range(len(batch)):
             answer = self.identify(batch.snapshot(b))
-            n = len(answer.labels)
+            n = int(batch.count[b])
+            if len(answer.labels) != n:
+                expected = f"must have an entry for each of {n} detections"
+                raise SnapshotError("labels", expected, len(answer.labels))
+            for name in answer.labels:
+                if name not in index:
+                    raise SnapshotError("labels", "must be labels of the scene, or None", name)
             label[b, :n] = [index[name] for name in answer.labels]
             cost[b, :n], confidence[b, :n] = answer.cost, answer.confidence
             every[b], widened[b] = len(answer.candidates), answer.widened

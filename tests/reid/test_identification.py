@@ -166,3 +166,25 @@ def test_methods_of_its_own_are_asked_in_place_of_the_defaults(make_scene, make_
     assert whole.cost_terms(snapshot).keys() == own.cost_terms(snapshot).keys()
     objects = snapshot.detections
     assert whole.identify_objects(objects, [snapshot.camera]).labels == own.identify(snapshot).labels
+
+
+@pytest.mark.parametrize(
+    ("labels", "told"),
+    [
+        (lambda n: ("nobody",) * n, "labels: must be labels of the scene, or None, got 'nobody'"),
+        (lambda n: (None,) * (n - 1), r"labels: must have an entry for each of \d+ detections, got \d+"),
+    ],
+)
+def test_many_answers_have_a_label_of_the_scene_for_each_detection(labels, told):
+    class Careless(Reidentifier):
+        def __init__(self, scene):
+            self.scene = scene
+
+        def identify(self, snapshot):
+            return Identification(labels(len(snapshot.detections)))
+
+    scene = builtin_scene("L1")
+    batch = observe_many(scene.layout, scene.camera_path.cameras(20, scene.fov))
+    assert batch.count.any()
+    with pytest.raises(SnapshotError, match=told):
+        Careless(scene).identify_many(batch)

@@ -9,12 +9,10 @@ import numpy as np
 from farm_ar.agents.attacks.base import QueryOracle
 from farm_ar.agents.cases import Case
 from farm_ar.arrays import FloatArray
+from farm_ar.envs.features import MARGIN_SCALE
 from farm_ar.reid import LastKnownReid, NearestReid, SpatialReid, dimension_cost
 from farm_ar.reid.assignment import Rule, assess, known_at, seen_at
 from farm_ar.scenes import Weights, visible
-
-CLEAR_MARGIN = 0.3
-"""The margin from which on a label counts as clear."""
 
 
 class Model(NamedTuple):
@@ -93,5 +91,5 @@ def _looked_at(
     right = found.label == np.arange(len(layout))
     sure = np.where(seen & right, found.margin, np.where(seen, 0.0, np.inf))
     least = np.minimum(sure.min(axis=1, initial=np.inf), 1.0)
-    ambiguity = np.maximum(1.0 - sure / CLEAR_MARGIN, 0.0).sum(axis=1)
+    ambiguity = np.maximum(1.0 - sure / MARGIN_SCALE, 0.0).sum(axis=1)
     return least, (seen & ~right).sum(axis=1).astype(np.float64), ambiguity

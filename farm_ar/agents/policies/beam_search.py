@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from farm_ar.agents.one_kind import identify_kind
-from farm_ar.agents.policies.lookahead import CLEAR_MARGIN
 from farm_ar.agents.policies.plan_steps import SHARES, Allowance, Eye, Table, Terms, is_clear, sees, target
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
+from farm_ar.envs.features import MARGIN_SCALE
 from farm_ar.kernels import compiled
 
 AMBIGUITY_SHARE = 0.5
@@ -211,7 +211,7 @@ def _judge(
     for k in range(len(found)):
         wrong += int(label[k] != found[k]) - int(table.wrong[label[k]])
         if table.movable[found[k]] and np.isfinite(margin[k]):
-            doubt += (1.0 - min(margin[k] / CLEAR_MARGIN, 1.0)) / 2
+            doubt += (1.0 - min(margin[k] / MARGIN_SCALE, 1.0)) / 2
     return wrong, doubt
 
 

@@ -9,12 +9,10 @@ import numpy as np
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.envs.actions import Move
 from farm_ar.envs.env import FarmToTableEnv
+from farm_ar.envs.features import MARGIN_SCALE
 from farm_ar.envs.table import TableView
 from farm_ar.reid.assignment import Rule, assess, known_at, seen_at
 from farm_ar.scenes import visible
-
-CLEAR_MARGIN = 0.3
-"""The margin from which on a label counts as clear."""
 
 
 class Foreseen(NamedTuple):
@@ -51,7 +49,7 @@ def foresee(env: FarmToTableEnv, position: FloatArray, yaw: FloatArray) -> Fores
     b, i = np.nonzero(seen)
     wrong[b, found.label[b, i]] = found.label[b, i] != i
     counted = truth.movable & np.isfinite(found.margin)
-    closeness = 1.0 - np.minimum(np.where(counted, found.margin, CLEAR_MARGIN) / CLEAR_MARGIN, 1.0)
+    closeness = 1.0 - np.minimum(np.where(counted, found.margin, MARGIN_SCALE) / MARGIN_SCALE, 1.0)
     return Foreseen(wrong.sum(axis=1), closeness.sum(axis=1) / 2)
 
 
