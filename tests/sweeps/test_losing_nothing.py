@@ -21,7 +21,7 @@ from farm_ar.sweeps import (
 )
 from farm_ar.sweeps.executors.base import Attempt
 from farm_ar.sweeps.leases import Presence, is_alive
-from farm_ar.sweeps.results import as_csv
+from farm_ar.sweeps.results import KILLS, Failure, as_csv
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the runs are forked and killed by signals")
 
@@ -175,6 +175,22 @@ def test_a_run_waits_for_what_another_one_has_claimed(tmp_path):
         assert run_sweep(sweep, store, watch=end_the_other).rows() == run_sweep(sweep).rows()
         assert waited[:3] == [True, True, True]
         assert store.claimed(store.results("doubles")) == 0
+
+
+def test_a_unit_that_killed_its_worker_stays_claimed_until_it_is_quarantined(tmp_path):
+    (unit,) = Sweep("doubles", "sweep_functions:double", grid(x=[0])).units
+    with Store(tmp_path / "store") as store:
+        store.plan("doubles", [unit])
+        run, other = Presence(store.path), Presence(store.path)
+        assert store.claim(run.token, [unit.key], most=1, since=0.0).mine == {unit.key}
+        store.save([], [Failure(unit, "killed its worker", 1)])
+        assert store.claim(other.token, [unit.key], most=1, since=0.0).others == {unit.key}
+        assert store.claimed(store.results("doubles")) == 1
+        store.save([], [Failure(unit, "killed its worker", KILLS)])
+        assert store.claim(other.token, [unit.key], most=1, since=0.0).given_up == {unit.key}
+        assert store.claimed(store.results("doubles")) == 0
+        run.end()
+        other.end()
 
 
 def test_what_failed_or_was_quarantined_in_a_run_beside_is_not_tried_here(tmp_path):

@@ -31,6 +31,14 @@ def test_a_finished_unit_is_never_computed_twice(executor, tmp_path):
     assert sorted(log.read_text().split()) == ["0", "1", "2", "3", "4", "5"]
 
 
+def test_a_fresh_start_forgets_the_former_units_too(tmp_path):
+    log = tmp_path / "log"
+    for name, xs, fresh in (("one", range(4), False), ("one", range(2, 6), True), ("two", range(2), False)):
+        units = grid(x=xs, log=[str(log)])
+        run_sweep(Sweep(name, "sweep_functions:logged", units), tmp_path / "store", fresh=fresh)
+    assert log.read_text().split() == ["0", "1", "2", "3", "2", "3", "4", "5", "0", "1"]
+
+
 def test_the_guide_shows_the_example_as_it_is():
     root = Path(__file__).parents[2]
     shown = (root / "docs" / "sweeps.md").read_text().partition("```python\n")[2].partition("```")[0]

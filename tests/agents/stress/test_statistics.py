@@ -3,7 +3,15 @@
 import numpy as np
 import pytest
 
-from farm_ar.agents.stress.statistics import broken_within, calibrate, clustered_share, median, share_of
+from farm_ar.agents.stress.statistics import (
+    broken_within,
+    calibrate,
+    clustered_share,
+    median,
+    share_of,
+    summarise_reid,
+)
+from farm_ar.agents.stress.study import StressOptions, Study
 
 
 @pytest.mark.parametrize(
@@ -69,3 +77,51 @@ def test_calibration_compares_confidence_with_what_is_right():
     # 3/4 (.9667 - .6667) + 1/4 (.05 - 0)
     assert found.error == pytest.approx(0.2375)
     assert np.isnan(calibrate([]).error)
+
+
+def of_three_cases(least, worst):
+    """A study in which all bounds are 0.2, of what two attacks found in each case (None: no failure)."""
+    failure = {"miscounts": None, "confidence": [], "endpoint_error_m": 0.1, "misread": []}
+    known = [
+        {
+            "reid": "spatial", "case": case, "wrong_untouched": 0, "theorem": "T", "bound": 0.2,
+            "bound_t1": 0.1, "camera": [0.0, 0.0, 0.0], "noise_failures": 0, "noise_draws": 1,
+            "confidence": [], "in_view": [True], "bound_by_object": [0.2],
+        }
+        for case in range(3)
+    ]  # fmt: skip
+    attacked = [
+        {
+            "reid": "spatial", "case": case, "attack": attack, "least": least[case],
+            "cheapest": least[case] and failure, "transfer": least[case] and {"spatial": 1},
+            "worst": worst[attack][case], "stuck": False, "asked": 9,
+        }
+        for attack in ("analytic", "halton")
+        for case in range(3)
+    ]  # fmt: skip
+    options = StressOptions(attacks=("analytic", "halton"), cases=3)
+    return summarise_reid(Study(options, known, attacked, []), "spatial", ["a"])
+
+
+NO_WORST = {"analytic": [None] * 3, "halton": [None] * 3}
+
+
+@pytest.mark.parametrize(
+    ("least", "tightness"),
+    [([0.3, 0.5, 0.4], 2.0), ([0.3, None, 0.4], 2.0), ([0.3, 0.5, None], 2.5), ([0.3, None, None], np.inf)],
+)
+def test_a_case_that_nothing_broke_is_infinitely_far_above_its_bound(least, tightness):
+    assert of_three_cases(least, NO_WORST).best.tightness == pytest.approx(tightness)
+
+
+def test_of_failures_with_as_many_wrong_labels_the_cheapest_is_the_worst():
+    def failure(wrong, effort):
+        return {"wrong": wrong, "effort": effort}
+
+    worst = {
+        "analytic": [failure(2, 0.9), failure(4, 0.9), None],
+        "halton": [failure(2, 0.4), failure(2, 0.4), failure(2, 0.7)],
+    }
+    summary = of_three_cases([0.3, 0.3, 0.3], worst)
+    assert summary.most_wrong == ((2, 0.4), (4, 0.9), (2, 0.7))
+    assert (summary.most_wrong_labels, summary.most_wrong_effort) == (2.0, 0.7)
