@@ -160,13 +160,13 @@ def evaluate(
     ],
     episodes: Annotated[int, typer.Option(metavar="N", parser=whole(2), help="Held-out episodes.")] = 100,
     beside: Annotated[
-        str,
+        str | None,
         typer.Option(
             metavar="NAMES",
             help="Other policies, with commas between: constant, greedy, analytic, cma, and those that come "
-            "with farm-ar. Random is always there.",
+            "with farm-ar. Random is always there. By default analytic and greedy, where they can act.",
         ),
-    ] = "analytic,greedy",
+    ] = None,
     which: Annotated[str, typer.Option(metavar="NAME", help="best (by the evaluations) or last.")] = "best",
     arg: Annotated[
         list[str] | None, typer.Option(metavar="NAME=VALUE", help="Another argument of the environment.")
@@ -190,7 +190,7 @@ def evaluate(
     from farm_ar.cli.options import code_of, require_trust
     from farm_ar.cli.output import print_json, print_line, print_table
 
-    names = [name.strip() for name in beside.split(",") if name.strip()]
+    names = None if beside is None else [name.strip() for name in beside.split(",") if name.strip()]
     for run in runs:
         require_trust(run, code_of(run, which), trust)
     found = compare(runs, names, episodes, which, arguments(arg or []), seed, trust)

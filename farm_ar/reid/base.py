@@ -300,7 +300,26 @@ class _Adapted(Reidentifier):
             self.scene = known
 
     def identify(self, snapshot: Snapshot) -> Identification:
-        return self._reid.identify(snapshot)
+        return self._checked(self._reid.identify(snapshot), len(snapshot.detections))
+
+    def _checked(self, answer: Identification, detections: int) -> Identification:
+        """An answer, if it is one.
+
+        Raises:
+            OptionError: it is no `Identification`, or has not one label of the scene, or None, per detection.
+        """
+        field = f"{type(self._reid).__name__}.identify"
+        if not isinstance(answer, Identification):
+            raise OptionError(field, "must return an Identification", answer)
+        if len(answer.labels) != detections:
+            expected = f"must return a label, or None, for each of {detections} detections"
+            raise OptionError(field, expected, answer.labels)
+        scene = getattr(self, "scene", None)
+        known = answer.labels if scene is None else scene.layout.labels
+        strange = [label for label in answer.labels if label is not None and label not in known]
+        if strange:
+            raise OptionError(field, "must return labels of the scene", strange[0])
+        return answer
 
     def identify_many(self, batch: SnapshotBatch, margins: bool = False) -> IdentificationBatch:
         own: Callable[..., IdentificationBatch] | None = getattr(self._reid, "identify_many", None)

@@ -6,6 +6,7 @@ import sys
 from collections.abc import Callable
 from functools import partial
 from importlib import import_module
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -87,6 +88,12 @@ def load_reid(name: str, field: str = "reid") -> ReidFactory:
 
 def _made(make: Callable[[Scene], Any], name: str, field: str, scene: Scene) -> Reidentifier:
     """What a class of the user's own gives for a scene."""
+    try:
+        signature(make).bind(scene)
+    except TypeError:
+        raise OptionError(field, "must take a scene, and need nothing else", name) from None
+    except ValueError:  # something built in, which does not say what it takes
+        pass
     made = make(scene)
     if not isinstance(made, Reidentifier):
         raise OptionError(field, "must be called with a scene and give something with identify()", name)

@@ -54,13 +54,13 @@ def check_reidentifier(
     """
     for one in scenes:
         scene = builtin_scene(one) if isinstance(one, str) else one
-        reid = make_reid(scene)
+        reid = _made(make_reid, scene)
         require(isinstance(reid, Reidentifier), f"{scene.name}: there is no method identify(snapshot)")
         for kind, snapshot in snapshots_of(scene, np.random.default_rng(seed)):
             what = f"{scene.name}, {kind}"
             answer = _answer(reid, snapshot, what)
             _check_answer(answer, snapshot, scene, allow_repeats, what)
-            for whose, other in (("second", reid), ("another instance's", make_reid(scene))):
+            for whose, other in (("second", reid), ("another instance's", _made(make_reid, scene))):
                 same = _same(answer, _answer(other, snapshot, what))
                 require(same, f"{what}: the {whose} answer differs from the first")
 
@@ -101,6 +101,11 @@ def _some(detections: Detections, index: np.typing.NDArray[np.int64]) -> Detecti
         size=detections.size[index],
         elevation=detections.elevation[index],
     )
+
+
+def _made(make_reid: MakeReid, scene: Scene) -> Reidentifier:
+    with attempt(f"{scene.name}: making it for the scene"):
+        return make_reid(scene)
 
 
 def _answer(reid: Reidentifier, snapshot: Snapshot, what: str) -> Identification:

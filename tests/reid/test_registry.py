@@ -2,11 +2,12 @@ from __future__ import annotations
 
 import sys
 
+import numpy as np
 import pytest
 
 from farm_ar.errors import OptionError
 from farm_ar.reid import REIDENTIFIERS, DistanceReid, NearestReid, SpatialReid, load_reid, reid_factory
-from farm_ar.scenes import builtin_scene
+from farm_ar.scenes import PERFECT, Camera, FieldOfView, builtin_scene, observe
 
 OWN = """
 from farm_ar.reid import NearestReid
@@ -16,6 +17,21 @@ class Mine(NearestReid):
 
 class Nothing:
     def __init__(self, scene):
+        pass
+"""
+
+BROKEN = """
+from farm_ar.reid import Identification
+
+class Mine:
+    def __init__(self, scene):
+        pass
+
+    def identify(self, snapshot):
+        return ANSWER
+
+class WithoutScene:
+    def identify(self, snapshot):
         pass
 """
 
@@ -71,3 +87,25 @@ def test_an_environment_takes_a_name_or_a_function_but_no_module() -> None:
         reid_factory("a:B")
     with pytest.raises(OptionError, match="or a function from a Scene to a Reidentifier, got 7"):
         reid_factory(7)
+
+
+@pytest.mark.parametrize(
+    ("answer", "message"),
+    [
+        ("[None] * 11", "must return an Identification"),
+        ("Identification((None,), [0.0])", "must return a label, or None, for each of 11 detections"),
+        ("Identification(('x',) * 11, [0.0] * 11)", "must return labels of the scene, got 'x'"),
+    ],
+)
+def test_answers_of_ones_own_class_that_are_none_are_refused(tmp_path, monkeypatch, answer, message) -> None:
+    (tmp_path / "own_broken.py").write_text(BROKEN.replace("ANSWER", answer))
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [*sys.path, str(tmp_path)])
+    monkeypatch.delitem(sys.modules, "own_broken", raising=False)
+    scene = builtin_scene("farm")
+    camera = Camera((0.6, -0.3), 0.0, FieldOfView(np.pi / 2, np.pi / 2, 3.0))
+    made = load_reid("own_broken:Mine")(scene)
+    with pytest.raises(OptionError, match=message):
+        made.identify(observe(scene.layout, camera, PERFECT)[0])
+    with pytest.raises(OptionError, match="must take a scene"):
+        load_reid("own_broken:WithoutScene")(scene)

@@ -125,6 +125,11 @@ def test_an_instance_that_draws_its_own_luck_is_found():
         check_reidentifier(Lucky, ["farm"])
 
 
+def test_what_cannot_be_made_for_a_scene_is_no_reidentifier():
+    with pytest.raises(AssertionError, match="farm: making it for the scene raised TypeError"):
+        check_reidentifier(object, ["farm"])
+
+
 def test_what_cannot_identify_is_no_reidentifier():
     with pytest.raises(AssertionError, match=r"farm: there is no method identify\(snapshot\)"):
         check_reidentifier(lambda scene: object(), ["farm"])

@@ -91,6 +91,9 @@ def score(returns: FloatArray, random: FloatArray, best: FloatArray, rng: np.ran
 HELD_OUT = 10_000_000
 """Seed of the first held-out episode; trainings and their evaluations use lower ones."""
 
+USUAL = ("analytic", "greedy")
+"""The policies that stand beside others where nobody asks for any."""
+
 CONSTANT, TRIES, EPISODES_OF_A_TRY = "constant", 40, 10
 """The policy that always does the same: how many are tried, in how many episodes each."""
 
@@ -179,7 +182,7 @@ class Comparison:
 
 def compare(
     runs: Sequence[str],
-    beside: Sequence[str],
+    beside: Sequence[str] | None,
     episodes: int,
     which: str = "best",
     arguments: Mapping[str, Any] | None = None,
@@ -191,7 +194,7 @@ def compare(
     Args:
         runs: folders of trainings that differ in the seed, or the name of a policy that comes with farm-ar.
         beside: names of other policies, "constant" and those that come with farm-ar among them; a random one
-            is always there.
+            is always there. None for the usual ones, as far as they can act here.
         episodes: how many.
         which: "best" or "last" of each run.
         arguments: of the environment, in place of the training's.
@@ -202,7 +205,7 @@ def compare(
         RunError: a folder is no run's.
         OptionError: a policy is not known, or cannot act here; or the runs are of several environments.
     """
-    for name in beside:
+    for name in beside or ():
         known_name("beside", name, (CONSTANT, *POLICIES, *shipped()))
     seeds, pairs = held_out(episodes), [policy_and_env(run, which, arguments, trust) for run in runs]
     env = pairs[0][1]
@@ -213,10 +216,12 @@ def compare(
             expected = f"must be of the same environment with the same arguments as {runs[0]}"
             raise OptionError("run", f"{expected}, not another {' and '.join(differing)}", run)
     others: dict[str, Sequence[Played]] = {}
-    for name in dict.fromkeys([*beside, "random"]):
+    for name in dict.fromkeys([*(USUAL if beside is None else beside), "random"]):
         try:
             others[name] = [play(env, _other(name, env, np.random.default_rng(seed)), seeds)]
         except OptionError as problem:
+            if beside is None:
+                continue
             raise OptionError("beside", f"must be policies that can act here ({problem})", name) from None
     played = {"trained": [play(env, policy, seeds) for policy, _ in pairs], **others}
     best = best_found([one for several in played.values() for one in several])

@@ -118,6 +118,9 @@ def test_the_page_needs_nothing_else(folder):
     assert page.count("<svg") > 10
     assert "farm-ar stress --scene farm --compare spatial,likelihood,nearest" in page
     assert "<script" not in page
+    for reid in ("spatial", "likelihood", "nearest"):
+        part = page.partition(f"{reid}: success against effort")[2].partition("</section>")[0]
+        assert "<td" in part
 
 
 def test_a_page_of_one_rule_compares_nothing(study):

@@ -151,3 +151,12 @@ def test_a_run_of_an_environment_that_is_not_there_is_refused(of_a_module):
     RunFolder(of_a_module).describe(replace(RunFolder(of_a_module).read(), env="Nowhere-v0"))
     with pytest.raises(OptionError, match="env: must be one that can be made"):
         load_policy(of_a_module)
+
+
+def test_of_the_usual_policies_only_those_that_can_act_stand_beside():
+    assert list(compare(["farm-slot"], None, 2, arguments={"sign": -1}).played) == [
+        "trained",
+        "greedy",
+        "random",
+    ]
+    assert list(compare(["farm-slot"], None, 2).played) == ["trained", "analytic", "greedy", "random"]
