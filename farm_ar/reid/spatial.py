@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Literal
@@ -235,9 +236,8 @@ class SpatialReid(Reidentifier):
 
     def identify_objects(self, objects: Detections, cameras: Sequence[Camera]) -> Identification:
         """The label of each object, from all sites: objects seen from another camera must keep theirs."""
-        reid = self
-        if self.options.threshold < 1:
-            reid = type(self)(self.scene, replace(self.options, threshold=1.0))
+        reid = copy(self)  # not made anew: a subclass may be made of other arguments
+        reid.options, reid._prunes = replace(self.options, threshold=1.0), False
         return reid.identify(Snapshot(cameras[-1], objects))
 
     def problem(self, snapshot: Snapshot) -> tuple[FloatArray, tuple[str | None, ...]]:

@@ -228,3 +228,16 @@ def test_what_cannot_be_tracked_is_refused() -> None:
     found = track(reid, [Snapshot(Camera(np.zeros(2), np.array(0.0)), nothing)])
     with pytest.raises(SnapshotError, match="label: must be one of near, far, got 'middle'"):
         found.whereabouts("middle")
+
+
+def test_a_subclass_made_of_a_scene_alone_considers_all_sites_of_a_sequence() -> None:
+    class Near(SpatialReid):
+        def __init__(self, scene: Scene) -> None:
+            super().__init__(scene, SpatialOptions(threshold=0.0))
+
+    scene = builtin_scene("L1")
+    cameras = scene.camera_path.cameras(40, scene.fov)
+    seen = [observe(scene.layout, cameras.at(k))[0] for k in (0, 20)]
+    near, every = Near(scene), SpatialReid(scene)
+    assert track(near, seen).identification.labels == track(every, seen).identification.labels
+    assert near.options.threshold == 0.0
