@@ -39,7 +39,7 @@ Inline = Literal["never", "always"]
 
 _PACKAGE = __name__.rpartition(".")[0]
 _FOLDER = Path(__file__).parent
-_STARTED = time.time_ns() - time.process_time_ns()
+_STARTED = time.time_ns() - time.thread_time_ns()  # of all threads it would be more than has passed
 """No later than when this process loaded the first file of the package, in ns since the epoch."""
 
 
