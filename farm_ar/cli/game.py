@@ -64,7 +64,7 @@ The hand's moves, one a line; metres from the table's near left corner, degrees 
   cyan-hutch to 0.42 0.34           carries a building to x, z
   blue-coop by -0.1 0.05 turn 30    carries it so far, and turns it
   look       the hand leaves: one snapshot is taken, and the game says what it believes
-  where      what stands where, as far as you have been told
+  where      what stands where, as far as you know
   help       this text
   end        the game is over (quit and exit say the same, and so does the end of the input)"""
 

@@ -111,16 +111,22 @@ class RunFolder:
         """Keeps other processes from training in the folder meanwhile; a kill gives it free.
 
         Raises:
-            OptionError: another process trains in it.
+            OptionError: another process trains in it, or its lock cannot be used.
         """
         self.path.mkdir(parents=True, exist_ok=True)
-        lock = sqlite3.connect(self.path / LOCK, timeout=0, isolation_level=None)
+        lock = None
         try:
-            try:
-                lock.execute("BEGIN EXCLUSIVE")
-            except sqlite3.OperationalError:
+            lock = sqlite3.connect(self.path / LOCK, timeout=0, isolation_level=None)
+            lock.execute("BEGIN EXCLUSIVE")
+        except sqlite3.Error as problem:
+            if lock is not None:
+                lock.close()
+            if problem.sqlite_errorcode == sqlite3.SQLITE_BUSY:
                 expected = "must not be trained by another process at the same time, as it is now"
                 raise OptionError("run", expected, str(self.path)) from None
+            expected = f"must be a lock that SQLite can hold ({problem}); remove it where nothing trains"
+            raise OptionError(LOCK, expected, str(self.path / LOCK)) from None
+        try:
             yield
         finally:
             lock.close()

@@ -22,7 +22,7 @@ from stable_baselines3.common.vec_env import DummyVecEnv
 from farm_ar.agents.policies.trained import load_policy
 from farm_ar.agents.training.checkpoints import pickles_in
 from farm_ar.agents.training.recipes import ALGORITHMS
-from farm_ar.agents.training.run_folder import RunError, RunFolder, read_table
+from farm_ar.agents.training.run_folder import LOCK, RunError, RunFolder, read_table
 from farm_ar.agents.training.surrogate_env import SurrogateEnv
 from farm_ar.agents.training.training import train
 from farm_ar.errors import InputError, OptionError
@@ -318,6 +318,18 @@ def test_two_processes_do_not_train_in_one_folder_and_a_kill_gives_it_free(tiny,
             train(run, tmp_path, resume=True, steps=64)
         os.kill(child.pid, signal.SIGKILL)
     assert train(run, tmp_path, resume=True, steps=64).num_timesteps == 64
+
+
+def test_a_lock_that_cannot_be_used_is_named_and_is_nobody_elses_training(tmp_path):
+    (tmp_path / "text").mkdir()
+    (tmp_path / "text" / LOCK).write_text("not a database, but long enough to be read as one" * 50)
+    (tmp_path / "folder" / LOCK).mkdir(parents=True)
+    for name in ("text", "folder"):
+        with (
+            pytest.raises(OptionError, match="must be a lock that SQLite can hold"),
+            RunFolder(tmp_path / name).locked(),
+        ):
+            pass
 
 
 @pytest.mark.parametrize("name", ["model.zip", "state.json", "normalization.npz"])
