@@ -65,7 +65,7 @@ PATIENCE_S = 1.5
 """What takes longer says what it does."""
 
 Report = Callable[[str, float], None]
-"""Is told what is being done, and which share of it is done, 0 to 1."""
+"""Called with what is being done, and which share of it is done, 0 to 1."""
 
 
 @contextmanager

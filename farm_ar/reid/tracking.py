@@ -97,7 +97,7 @@ def track(reid: Reidentifier, snapshots: Sequence[Snapshot]) -> Tracking:
     objects of the whole sequence, and every snapshot is answered in the light of all others, earlier ones
     and later ones. One snapshot gives exactly what `identify` gives.
 
-    The method `identify_objects` is told all cameras; by default it takes the objects for a snapshot from
+    The method `identify_objects` is given all cameras; by default it takes the objects for a snapshot from
     the last one.
 
     Args:
