@@ -20,6 +20,10 @@ MOVED = {
     "farm_ar.agents.training.muon_adam": "farm_ar.agents.training.object_policy",
     "farm_ar.envs.farm_to_table": "farm_ar.envs.env",
     "farm_ar.reid.identification": "farm_ar.reid.base",
+    "farm_ar.reid.likelihood_options": "farm_ar.reid.likelihood.options",
+    "farm_ar.reid.motion_models": "farm_ar.reid.likelihood.motions",
+    "farm_ar.reid.noise_prior": "farm_ar.reid.likelihood.motions",
+    "farm_ar.reid.relational_options": "farm_ar.reid.relational.options",
 }
 """The module of today by each former name under which files may know it."""
 

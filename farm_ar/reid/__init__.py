@@ -15,16 +15,15 @@ from farm_ar.reid.costs import dimension_cost, rotation_cost, total_cost, transl
 from farm_ar.reid.explanations import Explanation, explain
 from farm_ar.reid.k_best import Assignment, k_best
 from farm_ar.reid.likelihood import LikelihoodReid, Posterior
-from farm_ar.reid.likelihood_options import LikelihoodOptions
+from farm_ar.reid.likelihood.motions import DetectionNoise, Motion, NoisePrior, Rates, motion_log_density
+from farm_ar.reid.likelihood.options import LikelihoodOptions
 from farm_ar.reid.marginals import association_marginals
 from farm_ar.reid.metrics import accuracy, batch_accuracy
-from farm_ar.reid.motion_models import DetectionNoise, Motion, motion_log_density
-from farm_ar.reid.noise_prior import NoisePrior, Rates
 from farm_ar.reid.pruning import site_distance, site_probability, sites_by_probability, within_site
 from farm_ar.reid.registration import Registration, RigidMotion, register
 from farm_ar.reid.registry import REIDENTIFIERS, ReidFactory, load_reid, reid_factory
-from farm_ar.reid.relational import RelationalReid
-from farm_ar.reid.relational_options import Relation, RelationalOptions
+from farm_ar.reid.relational.method import RelationalReid
+from farm_ar.reid.relational.options import Relation, RelationalOptions
 from farm_ar.reid.solvers import SOLVERS, UNASSIGNED, solve_assignment
 from farm_ar.reid.spatial import TERMS, SpatialOptions, SpatialReid
 from farm_ar.reid.tracking import Tracking, Whereabouts, track

@@ -13,8 +13,8 @@ from typing import Any
 from farm_ar.errors import OptionError
 from farm_ar.reid.base import Reidentifier, as_reidentifier
 from farm_ar.reid.baselines import BASELINES
-from farm_ar.reid.likelihood import LikelihoodReid
-from farm_ar.reid.relational import RelationalReid
+from farm_ar.reid.likelihood.method import LikelihoodReid
+from farm_ar.reid.relational.method import RelationalReid
 from farm_ar.reid.spatial import SpatialOptions, SpatialReid
 from farm_ar.scenes import Scene
 

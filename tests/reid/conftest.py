@@ -1,4 +1,5 @@
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
@@ -7,6 +8,18 @@ from farm_ar.scenes import Camera, Layout, Scene, Site, SnapshotBatch, Template
 
 MakeScene = Callable[..., Scene]
 MakeBatch = Callable[..., SnapshotBatch]
+
+
+@pytest.fixture
+def plain() -> Iterator[None]:
+    """All kernels of re-identification in plain Python."""
+    modules = [module for name, module in sys.modules.items() if name.startswith("farm_ar.reid.")]
+    with pytest.MonkeyPatch.context() as patch:
+        for module in modules:
+            for name, value in list(vars(module).items()):
+                if isinstance(getattr(value, "py_func", None), Callable):
+                    patch.setattr(module, name, value.py_func)
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
-from farm_ar.reid.relational_options import RelationalOptions
-from farm_ar.reid.relational_records import Groups
+from farm_ar.reid.relational.options import RelationalOptions
+from farm_ar.reid.relational.records import Groups
 from farm_ar.scenes import Scene
 
 MEMBER = 0.7

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from farm_ar.arrays import FloatArray, IntArray
-from farm_ar.reid.likelihood_records import Detecting, Eyes, Found, Labels, Models, View
+from farm_ar.reid.likelihood.records import Detecting, Eyes, Found, Labels, Models, View
 
 
 class Known(NamedTuple):

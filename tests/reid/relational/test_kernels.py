@@ -1,48 +1,18 @@
 """The compiled kernels in plain Python, and piece by piece against what they stand for."""
 
-from collections.abc import Callable, Iterator
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from farm_ar.reid import (
-    LikelihoodOptions,
-    LikelihoodReid,
-    Motion,
-    Rates,
-    likelihood_densities,
-    marginals,
-    registration_kernels,
-    relational_kernels,
-    relational_search,
-)
-from farm_ar.reid.relational import RelationalReid
-from farm_ar.reid.relational_options import RelationalOptions
+from farm_ar.reid import LikelihoodOptions, LikelihoodReid, Motion, Rates
+from farm_ar.reid.relational.method import RelationalReid
+from farm_ar.reid.relational.options import RelationalOptions
 from farm_ar.scenes import Camera, FieldOfView, Layout, Scene, Snapshot, observe
 
 MOTIONS = (Motion(0.9, 0.05, 0.1), Motion(0.1, 1.0, 1.0))
 OPTIONS = RelationalOptions(
     alone=LikelihoodOptions(noise=MOTIONS, rates=(Rates(0.9, 0.02, 0.01), Rates(0.1, 0.2, 0.5))), tried=2
 )
-
-
-@pytest.fixture
-def plain() -> Iterator[None]:
-    """All kernels of the rule in plain Python."""
-    modules = (
-        likelihood_densities,
-        marginals,
-        registration_kernels,
-        relational_kernels,
-        relational_search,
-    )
-    with pytest.MonkeyPatch.context() as patch:
-        for module in modules:
-            for name, value in list(vars(module).items()):
-                if isinstance(getattr(value, "py_func", None), Callable):
-                    patch.setattr(module, name, value.py_func)
-        yield
 
 
 def a_scene(labels: int = 4, fixed: bool = True) -> Scene:

@@ -8,10 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
-from farm_ar.reid.likelihood_records import Eyes, Found, Labels
-from farm_ar.reid.registration import RigidMotion
-from farm_ar.reid.registration_kernels import concentration_of
-from farm_ar.reid.relational_kernels import (
+from farm_ar.reid.likelihood.records import Eyes, Found, Labels
+from farm_ar.reid.registration import RigidMotion, concentration_of
+from farm_ar.reid.relational.kernels import (
     best_motions,
     fit_frame,
     fit_group,
@@ -20,8 +19,8 @@ from farm_ar.reid.relational_kernels import (
     reach_labels,
     weigh_alone,
 )
-from farm_ar.reid.relational_options import Relation, RelationalOptions
-from farm_ar.reid.relational_records import Alone, Group, Groups, Known, Outcome, Reach, Search, Sight
+from farm_ar.reid.relational.options import Relation, RelationalOptions
+from farm_ar.reid.relational.records import Alone, Group, Groups, Known, Outcome, Reach, Search, Sight
 
 STEPS = 4
 """Most steps in which a motion is improved."""

@@ -6,8 +6,8 @@ import math
 
 from farm_ar.arrays import FloatArray
 from farm_ar.kernels import compiled
-from farm_ar.reid.likelihood_records import Detecting, Eyes, Found, Labels, Models, View
-from farm_ar.reid.motion_models import WALL
+from farm_ar.reid.likelihood.motions import WALL
+from farm_ar.reid.likelihood.records import Detecting, Eyes, Found, Labels, Models, View
 
 ROOT_TWO_PI = math.sqrt(2 * math.pi)
 

@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 from scipy.stats import norm
 
 from farm_ar.errors import OptionError
-from farm_ar.reid import DetectionNoise, Motion, NoisePrior, Rates, likelihood_densities, motion_log_density
-from farm_ar.reid.motion_models import axis_log_density, heading_log_density
+from farm_ar.reid import DetectionNoise, Motion, NoisePrior, Rates, motion_log_density
+from farm_ar.reid.likelihood.densities import axis_density, normal_cdf
+from farm_ar.reid.likelihood.motions import axis_log_density, heading_log_density
 
 few = settings(max_examples=30 * settings().max_examples // 50, deadline=None)
 
@@ -74,9 +75,9 @@ def test_a_mixture_is_the_weighted_sum_of_its_parts():
 
 @pytest.mark.parametrize("plain", [False, True])
 def test_the_compiled_coordinate_density_is_the_same(plain):
-    compiled = likelihood_densities.axis_density
+    compiled = axis_density
     density = compiled.py_func if plain else compiled
-    assert likelihood_densities.normal_cdf.py_func(1.0) == pytest.approx(norm.cdf(1.0))
+    assert normal_cdf.py_func(1.0) == pytest.approx(norm.cdf(1.0))
     for x in (0.0, 0.003, 1.3, 3.999, 4.0, 4.5):
         for label, motion_sd in ((0.2, 0.5), (1.2, 0.0), (3.9, 1.5)):
             expected = along(x, label, 4.0, motion_sd, 0.005)

@@ -13,10 +13,11 @@ from farm_ar.errors import SceneError
 from farm_ar.reid.base import Assurance, Identification, IdentificationBatch, Reidentifier
 from farm_ar.reid.categories import batch_codes, codes_of, declared_codes
 from farm_ar.reid.costs import sorted_log_sides
-from farm_ar.reid.likelihood_densities import view_probability
-from farm_ar.reid.likelihood_kernels import identify_batch
-from farm_ar.reid.likelihood_options import LikelihoodOptions, category_table, model_arrays
-from farm_ar.reid.likelihood_records import (
+from farm_ar.reid.likelihood.densities import view_probability
+from farm_ar.reid.likelihood.kernels import identify_batch
+from farm_ar.reid.likelihood.motions import motion_log_density
+from farm_ar.reid.likelihood.options import LikelihoodOptions, category_table, model_arrays
+from farm_ar.reid.likelihood.records import (
     Answer,
     Detecting,
     Eyes,
@@ -24,7 +25,6 @@ from farm_ar.reid.likelihood_records import (
     Labels,
     View,
 )
-from farm_ar.reid.motion_models import motion_log_density
 from farm_ar.scenes import UNKNOWN, Camera, Detections, Scene, Snapshot, SnapshotBatch
 
 _NEARLY_ALL = 0.8
@@ -148,7 +148,7 @@ class LikelihoodReid(Reidentifier):
 
     def identify_objects(self, objects: Detections, cameras: Sequence[Camera]) -> Identification:
         """The label of each object, all seen by one camera or another."""
-        from farm_ar.reid.relational import RelationalReid
+        from farm_ar.reid.relational.method import RelationalReid
 
         return RelationalReid.without_relations(self).identify_objects(objects, cameras)
 

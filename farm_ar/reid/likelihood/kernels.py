@@ -9,13 +9,13 @@ import numpy as np
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.kernels import compiled
 from farm_ar.reid.assignment import assign, find_margins
-from farm_ar.reid.likelihood_densities import (
+from farm_ar.reid.likelihood.densities import (
     heading_density,
     likeness,
     translation_density,
     view_probability,
 )
-from farm_ar.reid.likelihood_records import Answer, Detecting, Eyes, Found, Labels, Models, View
+from farm_ar.reid.likelihood.records import Answer, Detecting, Eyes, Found, Labels, Models, View
 from farm_ar.reid.marginals import (
     components,
     exact_marginals,

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from farm_ar.errors import OptionError
-from farm_ar.reid.likelihood_options import LikelihoodOptions
+from farm_ar.reid.likelihood.options import LikelihoodOptions
 
 
 @dataclass(frozen=True)

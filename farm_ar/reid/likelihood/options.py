@@ -9,10 +9,16 @@ import numpy as np
 
 from farm_ar.arrays import FloatArray, read_only
 from farm_ar.errors import OptionError
-from farm_ar.reid.likelihood_records import Models
+from farm_ar.reid.likelihood.motions import (
+    MOSTLY_RELIABLE,
+    DetectionNoise,
+    Motion,
+    NoisePrior,
+    Rates,
+    heading_log_density,
+)
+from farm_ar.reid.likelihood.records import Models
 from farm_ar.reid.marginals import MOST_EXACT
-from farm_ar.reid.motion_models import DetectionNoise, Motion, heading_log_density
-from farm_ar.reid.noise_prior import MOSTLY_RELIABLE, NoisePrior, Rates
 from farm_ar.scenes import Scene
 
 _POINTS = 32

@@ -8,17 +8,17 @@ import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray
 from farm_ar.kernels import compiled
-from farm_ar.reid.likelihood_densities import (
+from farm_ar.reid.likelihood.densities import (
     heading_density,
     likeness,
     translation_density,
     view_probability,
 )
-from farm_ar.reid.likelihood_kernels import CHEAP, LEAST_NONE
-from farm_ar.reid.likelihood_records import Labels, Models
+from farm_ar.reid.likelihood.kernels import CHEAP, LEAST_NONE
+from farm_ar.reid.likelihood.records import Labels, Models
 from farm_ar.reid.marginals import exact_marginals, propagate, scale_rows
-from farm_ar.reid.registration_kernels import add_pair, solve_motion, volume
-from farm_ar.reid.relational_records import Alone, Group, Groups, Known, Outcome, Reach, Search, Sight
+from farm_ar.reid.registration import add_pair, solve_motion, volume
+from farm_ar.reid.relational.records import Alone, Group, Groups, Known, Outcome, Reach, Search, Sight
 
 ROUNDS = 30
 """Most rounds of belief propagation; that of one model starts from where the last one's ended."""

@@ -12,14 +12,14 @@ import numpy.typing as npt
 from farm_ar.arrays import FloatArray, read_only
 from farm_ar.errors import SnapshotError
 from farm_ar.reid.base import Identification
-from farm_ar.reid.likelihood import LikelihoodReid
-from farm_ar.reid.likelihood_kernels import decide
-from farm_ar.reid.likelihood_records import Answer, Eyes, Found, Labels
-from farm_ar.reid.registration_kernels import concentration_of
-from farm_ar.reid.relational_groups import anchors_of, groups_of, usual_distance
-from farm_ar.reid.relational_options import Relation, RelationalOptions
-from farm_ar.reid.relational_records import Known
-from farm_ar.reid.relational_search import Hypothesis, Setting, hypotheses
+from farm_ar.reid.likelihood.kernels import decide
+from farm_ar.reid.likelihood.method import LikelihoodReid
+from farm_ar.reid.likelihood.records import Answer, Eyes, Found, Labels
+from farm_ar.reid.registration import concentration_of
+from farm_ar.reid.relational.groups import anchors_of, groups_of, usual_distance
+from farm_ar.reid.relational.options import Relation, RelationalOptions
+from farm_ar.reid.relational.records import Known
+from farm_ar.reid.relational.search import Hypothesis, Setting, hypotheses
 from farm_ar.scenes import Camera, Detections, Scene, Snapshot
 
 _LEAST_WEIGHT = 1e-9

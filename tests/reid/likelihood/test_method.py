@@ -16,13 +16,10 @@ from farm_ar.reid import (
     Motion,
     NoisePrior,
     Rates,
-    assignment,
     association_marginals,
-    likelihood_densities,
-    likelihood_kernels,
-    marginals,
     motion_log_density,
 )
+from farm_ar.reid.likelihood.kernels import identify_batch
 from farm_ar.scenes import (
     Camera,
     Detections,
@@ -377,7 +374,7 @@ def test_confidence_is_calibrated_where_the_noise_is_as_assumed():
     assert np.mean(np.array(right)[surest]) > np.mean(right)
 
 
-def test_in_plain_python_the_kernels_say_the_same(monkeypatch, make_scene, make_batch):
+def test_in_plain_python_the_kernels_say_the_same(request, make_scene, make_batch):
     rng = np.random.default_rng(8)
     scene = replace(make_scene(rng, objects=7), symmetry={"category 0": 0.0})
     options = LikelihoodOptions(noise=SMALL, most_exact=7, occlusion=True)
@@ -387,11 +384,7 @@ def test_in_plain_python_the_kernels_say_the_same(monkeypatch, make_scene, make_
     batch = replace(batch, camera=camera, count=np.array([0, 7, 3]))
     compiled = LikelihoodReid(scene, options).identify_many(batch)
     details = LikelihoodReid(scene, options).identify(batch.snapshot(2))
-    for module in (likelihood_kernels, likelihood_densities, marginals, assignment):
-        for name, value in vars(module).copy().items():
-            if hasattr(value, "py_func"):
-                monkeypatch.setattr(module, name, value.py_func)
-    monkeypatch.setattr("farm_ar.reid.likelihood.identify_batch", likelihood_kernels.identify_batch)
+    request.getfixturevalue("plain")
     reid = LikelihoodReid(scene, options)
     plain = reid.identify_many(batch)
     np.testing.assert_array_equal(plain.label, compiled.label)
@@ -423,11 +416,11 @@ def test_a_copy_says_the_same_by_the_same_kernels():
     scene = chairs([[1.0, 1.0], [3.0, 3.0]])
     reid, snapshot = LikelihoodReid(scene, LikelihoodOptions(noise=SMALL)), seen([[1.2, 1.1]])
     found = reid.identify(snapshot)
-    compiled = len(likelihood_kernels.identify_batch.signatures)
+    compiled = len(identify_batch.signatures)
     copy = pickle.loads(pickle.dumps(reid))
     assert copy.options == reid.options
     np.testing.assert_array_equal(copy.identify(snapshot).probability, found.probability)
-    assert len(likelihood_kernels.identify_batch.signatures) == compiled
+    assert len(identify_batch.signatures) == compiled
 
 
 def test_a_scene_without_labels_is_refused():
