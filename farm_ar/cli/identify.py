@@ -105,7 +105,7 @@ def identify(
     output.print_table(
         reports.DETECTION_COLUMNS, reports.detection_rows(seen, found), reports.DETECTION_NUMBERS
     )
-    for line in reports.summarise(known, found):
+    for line in reports.summarise(known, seen, found):
         output.print_line(line)
     if decided := decided_by_category(rule, seen, found):
         which = f"{len(decided)} of {len(seen.detections)} detections ({reports.some(decided)})"

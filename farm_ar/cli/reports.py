@@ -97,7 +97,7 @@ def affordable(found: Identification) -> Identification:
     return replace(found, assurance=Assurance(warnings=(warning,)))
 
 
-def summarise(scene: Scene, found: Identification) -> Iterator[str]:
+def summarise(scene: Scene, snapshot: Snapshot, found: Identification) -> Iterator[str]:
     """What the table of detections leaves out, a line each."""
     number = sum(label is not None for label in found.labels)
     yield f"Identified: {number} of {_count(len(found.labels), 'detection')}, total cost {found.total:.4f}"
@@ -107,6 +107,9 @@ def summarise(scene: Scene, found: Identification) -> Iterator[str]:
     else:
         near = f"{len(found.sites)} of {_count(len(scene.sites), 'site')} ({', '.join(found.sites)})"
         yield f"{considered}, from {near}"
+    for name, reason in zip(snapshot.detections.ids, found.reason, strict=True):
+        if reason is not None:
+            yield f"No label for {name}: {reason}"
     if found.certified is not None:
         yield f"Certified: right if every object moved less than {_limits(found.certified)}"
     for warning in found.warnings:
@@ -127,6 +130,7 @@ def as_values(snapshot: Snapshot, found: Identification) -> dict[str, Any]:
     return {
         "ids": list(snapshot.detections.ids),
         "labels": list(found.labels),
+        "reasons": list(found.reason),
         "costs": _values(found.cost),
         "confidence": _values(found.confidence),
         "margins": _values(found.margin),

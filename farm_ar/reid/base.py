@@ -94,9 +94,10 @@ class Identification(Record):
         widened: whether the threshold left fewer candidates than detections, so that sites were added.
         solve_time: seconds spent in the solver; with `lsap` on the costs, too, found in the same call.
         assurance: how sure the answer is, or what works it out when it is first asked for.
+        reason: N short reasons why a detection has no label; None where it has one, or where none is given.
 
     Raises:
-        SnapshotError: there is not one cost per label.
+        SnapshotError: there is not one cost, or one reason, per label.
     """
 
     labels: tuple[str | None, ...]
@@ -106,6 +107,7 @@ class Identification(Record):
     widened: bool = False
     solve_time: float = 0.0
     assurance: Assurance | Callable[[], Assurance] | None = field(default=None, repr=False)
+    reason: tuple[str | None, ...] = None  # type: ignore[assignment]  # None for each by default
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "labels", tuple(self.labels))
@@ -113,11 +115,18 @@ class Identification(Record):
         object.__setattr__(self, "cost", read_only(cost, np.float64))
         if self.cost.shape != (len(self.labels),):
             raise SnapshotError("cost", f"must have shape ({len(self.labels)},)", self.cost.shape)
+        reason = (None,) * len(self.labels) if self.reason is None else tuple(self.reason)
+        if len(reason) != len(self.labels):
+            raise SnapshotError(
+                "reason", f"must have an entry for each of {len(self.labels)} detections", reason
+            )
+        why = zip(self.labels, reason, strict=True)
+        object.__setattr__(self, "reason", tuple(one if label is None else None for label, one in why))
 
     def __reduce__(self) -> tuple[type, tuple[object, ...]]:
         # What works the assurance out holds the rule; a copy needs only what comes out.
         kind, values = super().__reduce__()
-        return kind, (*values[:-1], self._assured)
+        return kind, (*values[:-2], self._assured, self.reason)
 
     @cached_property
     def _assured(self) -> Assurance:

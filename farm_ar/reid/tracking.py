@@ -197,4 +197,5 @@ def _share(answer: Identification, index: IntArray) -> Identification:
         labels=tuple(answer.labels[i] for i in index),
         cost=answer.cost[index],
         assurance=assured,
+        reason=tuple(answer.reason[i] for i in index),
     )

@@ -40,8 +40,8 @@ def check_reidentifier(
     It must answer any snapshot of its scene: of untouched objects and of disturbed ones, with noise, misses
     and false detections, empty, with more detections than labels, with categories that are not known. Every
     detection gets one entry, a label of the scene or None; no label is given twice; where there is no label
-    there is no cost, and where there is one there is; and the same question gets the same answer, from
-    another instance too.
+    there is no cost, and where there is one there is; reasons, if any, are text; and the same question gets
+    the same answer, from another instance too.
 
     Args:
         make_reid: makes it for a scene, whose layout is what was last known.
@@ -131,6 +131,9 @@ def _check_answer(
         require(not np.isinf(cost), f"{what}: detection {k} has an infinite cost")
         priceless = label is not None and np.isnan(cost)
         require(not priceless, f"{what}: detection {k} has a label but no cost")
+    for k, reason in enumerate(answer.reason):
+        words = reason is None or (isinstance(reason, str) and reason.strip() != "")
+        require(words, f"{what}: the reason of detection {k} must be text or None, is {reason!r}")
 
 
 def _same(first: Identification, second: Identification) -> bool:

@@ -35,6 +35,21 @@ def test_there_must_be_a_cost_for_each_label() -> None:
         Identification(("a", "b"), np.zeros(3))
 
 
+def test_what_has_no_label_may_have_a_reason_which_pickling_keeps() -> None:
+    assert Identification(("a", None)).reason == (None, None)
+    found = Identification(("a", None, None), reason=("never kept", "its pose is broken", None))
+    assert found.reason == (None, "its pose is broken", None)
+    again = pickle.loads(pickle.dumps(found))
+    assert (again.labels, again.reason) == (found.labels, found.reason)
+    with pytest.raises(SnapshotError, match=r"^reason: must have an entry for each of 2 detections"):
+        Identification(("a", None), reason=("one",))
+
+
+def test_answers_pickled_before_there_were_reasons_still_load() -> None:
+    kind, values = Identification(("a", None)).__reduce__()
+    assert kind(*values[:-1]).reason == (None, None)
+
+
 def test_an_identification_cannot_be_changed() -> None:
     cost = np.array([1.0])
     found = Identification(("a",), cost)

@@ -61,6 +61,11 @@ def costly_nothing(answer, snapshot, call):
     return Identification((None,) * len(answer.labels), np.ones(len(answer.labels)))
 
 
+def wordless(answer, snapshot, call):
+    nothing = (None,) * len(answer.labels)
+    return Identification(nothing, reason=(7,) * len(answer.labels))
+
+
 def infinite(answer, snapshot, call):
     return Identification(answer.labels, np.full(len(answer.labels), np.inf))
 
@@ -94,6 +99,7 @@ BROKEN = [
     (repeated, "farm, nothing moved: labels given to several detections:"),
     (short, r"farm, nothing moved: there must be one entry for each of \d+ detections"),
     (costly_nothing, "farm, nothing moved: detection 0 has no label but a cost of 1.0"),
+    (wordless, "farm, nothing moved: the reason of detection 0 must be text or None, is 7"),
     (infinite, "farm, nothing moved: detection 0 has an infinite cost"),
     (moody, "farm, nothing moved: the second answer differs from the first"),
     (no_answer, "farm, nothing moved: the answer must be an Identification, is list"),
