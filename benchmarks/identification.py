@@ -28,7 +28,7 @@ from cp_sat import solve_cp_sat
 
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.reid import LikelihoodReid, SpatialOptions, SpatialReid, assignment
-from farm_ar.reid.solvers import solve_lsap, solve_mip
+from farm_ar.reid.assignment import solve_lsap, solve_mip
 from farm_ar.scenes import (
     Camera,
     Detections,

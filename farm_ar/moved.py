@@ -19,11 +19,17 @@ MOVED = {
     "farm_ar.agents.training.imitating": "farm_ar.agents.training.imitation",
     "farm_ar.agents.training.muon_adam": "farm_ar.agents.training.object_policy",
     "farm_ar.envs.farm_to_table": "farm_ar.envs.env",
+    "farm_ar.reid.alternatives": "farm_ar.reid.explanations",
+    "farm_ar.reid.association": "farm_ar.reid.fusion.association",
+    "farm_ar.reid.certified_pruning": "farm_ar.reid.certificates",
     "farm_ar.reid.identification": "farm_ar.reid.base",
+    "farm_ar.reid.k_best": "farm_ar.reid.assignment.solvers",
     "farm_ar.reid.likelihood_options": "farm_ar.reid.likelihood.options",
     "farm_ar.reid.motion_models": "farm_ar.reid.likelihood.motions",
     "farm_ar.reid.noise_prior": "farm_ar.reid.likelihood.motions",
     "farm_ar.reid.relational_options": "farm_ar.reid.relational.options",
+    "farm_ar.reid.solvers": "farm_ar.reid.assignment.solvers",
+    "farm_ar.reid.tracking": "farm_ar.reid.fusion.tracking",
 }
 """The module of today by each former name under which files may know it."""
 

@@ -21,7 +21,7 @@ from farm_ar.experiments.report import (
 )
 from farm_ar.experiments.setting import SCENES, Setting, named_scene, path_cameras, piece_rng
 from farm_ar.reid import REIDENTIFIERS, Reidentifier, ReidFactory, load_reid
-from farm_ar.reid.tracking import track
+from farm_ar.reid.fusion.tracking import track
 from farm_ar.scenes import Detector, LayoutNoise, Scene, Snapshot, observe
 from farm_ar.sweeps import Row
 

@@ -1,6 +1,6 @@
 """Re-identification: which detection is which label."""
 
-from farm_ar.reid.alternatives import alternatives
+from farm_ar.reid.assignment import SOLVERS, UNASSIGNED, Assignment, k_best, solve_assignment
 from farm_ar.reid.base import (
     Assurance,
     Certificate,
@@ -10,10 +10,10 @@ from farm_ar.reid.base import (
     as_reidentifier,
 )
 from farm_ar.reid.baselines import BASELINES, DistanceReid, LastKnownReid, NearestReid
-from farm_ar.reid.certified_pruning import solve_certified
+from farm_ar.reid.certificates import solve_certified
 from farm_ar.reid.costs import dimension_cost, rotation_cost, total_cost, translation_cost
-from farm_ar.reid.explanations import Explanation, explain
-from farm_ar.reid.k_best import Assignment, k_best
+from farm_ar.reid.explanations import Explanation, alternatives, explain
+from farm_ar.reid.fusion.tracking import Tracking, Whereabouts, track
 from farm_ar.reid.likelihood import LikelihoodReid, Posterior
 from farm_ar.reid.likelihood.motions import DetectionNoise, Motion, NoisePrior, Rates, motion_log_density
 from farm_ar.reid.likelihood.options import LikelihoodOptions
@@ -24,9 +24,7 @@ from farm_ar.reid.registration import Registration, RigidMotion, register
 from farm_ar.reid.registry import REIDENTIFIERS, ReidFactory, load_reid, reid_factory
 from farm_ar.reid.relational.method import RelationalReid
 from farm_ar.reid.relational.options import Relation, RelationalOptions
-from farm_ar.reid.solvers import SOLVERS, UNASSIGNED, solve_assignment
 from farm_ar.reid.spatial import TERMS, SpatialOptions, SpatialReid
-from farm_ar.reid.tracking import Tracking, Whereabouts, track
 
 __all__ = [
     "BASELINES",

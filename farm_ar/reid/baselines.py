@@ -11,7 +11,7 @@ from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.errors import OptionError, SceneError
 from farm_ar.reid.base import Assurance, Identification, Reidentifier
 from farm_ar.reid.categories import codes_of, declared_codes
-from farm_ar.reid.certificates import certificate
+from farm_ar.reid.certificates import Choices, PoseMetric, certificate
 from farm_ar.reid.costs import translation_cost
 from farm_ar.reid.spatial import SpatialOptions, SpatialReid
 from farm_ar.scenes import UNKNOWN, Detections, Scene, Snapshot, Weights
@@ -61,12 +61,8 @@ class NearestReid(Reidentifier):
             seen,
             layout,
             nearest.tolist() if len(set(nearest.tolist())) == len(seen) else [],
-            self.scene.diagonal,
-            1.0,
-            0.0,
-            np.ones(cost.shape),
-            np.isfinite(cost),
-            np.ones(len(layout), dtype=bool),
+            PoseMetric(self.scene.diagonal, 1.0, 0.0),
+            Choices(np.ones(cost.shape), np.isfinite(cost), np.ones(len(layout), dtype=bool)),
         )
         others = cost.copy()
         others[rows, nearest] = np.inf

@@ -1,4 +1,4 @@
-"""Why a detection was given its label: the terms of its cost against the runner-up's."""
+"""What a user may ask of an answer: why a detection has its label, and which answers are the next best."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from farm_ar.errors import SnapshotError
-from farm_ar.reid.base import Reidentifier, as_reidentifier
+from farm_ar.reid.assignment import k_best
+from farm_ar.reid.base import Identification, Reidentifier, as_reidentifier
 from farm_ar.scenes import Snapshot
 
 
@@ -117,6 +118,30 @@ def explain(reid: Reidentifier, snapshot: Snapshot, detection: int | str) -> Exp
         float(found.confidence[i]),
         float(found.margin[i]),
     )
+
+
+def alternatives(reid: Reidentifier, snapshot: Snapshot, k: int) -> list[Identification]:
+    """The k best answers, the best first; fewer where there are not so many different ones.
+
+    Args:
+        reid: the rule.
+        snapshot: what was seen.
+        k: how many.
+
+    Raises:
+        OptionError: k is below 1, or the rule has no costs.
+        SnapshotError: a detection's category is not one of the scene's.
+    """
+    cost, names = as_reidentifier(reid).problem(snapshot)
+    candidates = tuple(name for name in names if name is not None)
+    answers = []
+    for column, _ in k_best(cost, k):
+        labels = tuple(None if j < 0 else names[j] for j in column.tolist())
+        given = np.array([label is not None for label in labels], dtype=bool)
+        costs = np.full(len(labels), np.nan)
+        costs[given] = cost[given.nonzero()[0], column[given]]
+        answers.append(Identification(labels, costs, candidates))
+    return answers
 
 
 def _moved(one: Candidate) -> str:

@@ -15,6 +15,8 @@ from farm_ar.arrays import BoolArray, FloatArray, IntArray, read_only
 from farm_ar.errors import OptionError, SceneError, known_name
 from farm_ar.geometry import world_box
 from farm_ar.reid.assignment import (
+    SOLVERS,
+    UNASSIGNED,
     Known,
     Rule,
     Seen,
@@ -22,6 +24,7 @@ from farm_ar.reid.assignment import (
     known_at,
     margins_and_runners_up,
     seen_at,
+    solve_assignment,
 )
 from farm_ar.reid.base import Assurance, Identification, IdentificationBatch, Reidentifier
 from farm_ar.reid.categories import batch_codes, codes_of, declared_codes
@@ -33,7 +36,6 @@ from farm_ar.reid.costs import (
     translation_cost,
 )
 from farm_ar.reid.pruning import sites_by_probability
-from farm_ar.reid.solvers import SOLVERS, UNASSIGNED, solve_assignment
 from farm_ar.scenes import UNKNOWN, Camera, Detections, Scene, Snapshot, SnapshotBatch, Weights
 
 Box = Literal["local", "world"]
@@ -206,7 +208,7 @@ class SpatialReid(Reidentifier):
         widened: bool,
     ) -> Identification:
         """The answer with all labels, from the candidates and those that have to be added to prove it."""
-        from farm_ar.reid.certified_pruning import nearest_labels, solve_certified
+        from farm_ar.reid.certificates import nearest_labels, solve_certified
 
         layout = self.scene.layout
         distance = translation_cost(seen.position, layout.position, self._diagonal)
@@ -274,7 +276,7 @@ class SpatialReid(Reidentifier):
         names: tuple[str, ...],
     ) -> Assurance:
         """How sure an answer is: worked out when it is first asked for, since few ask."""
-        from farm_ar.reid.certificates import certificate
+        from farm_ar.reid.certificates import Choices, PoseMetric, certificate
 
         margin, other = margins()
         m = len(self.scene.layout)
@@ -292,12 +294,10 @@ class SpatialReid(Reidentifier):
                 seen,
                 self.scene.layout,
                 given.tolist(),
-                self._diagonal,
-                self._translation_weight,
-                self._rotation_weight,
-                np.broadcast_to(self._dimension(seen, self._kind), possible.shape),
-                possible,
-                offered,
+                PoseMetric(self._diagonal, self._translation_weight, self._rotation_weight),
+                Choices(
+                    np.broadcast_to(self._dimension(seen, self._kind), possible.shape), possible, offered
+                ),
             )
         runner_up = tuple([None if j == UNASSIGNED else names[j] for j in other.tolist()])
         return Assurance(margin, runner_up, certified=certified)

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from farm_ar.errors import SnapshotError
-from farm_ar.reid import IdentificationBatch, SpatialOptions, SpatialReid, assignment, batch_accuracy, pruning
+from farm_ar.reid import IdentificationBatch, SpatialOptions, SpatialReid, batch_accuracy
 from farm_ar.scenes import (
     Camera,
     LayoutNoise,
@@ -19,19 +19,6 @@ from farm_ar.scenes import (
     observe_many,
 )
 
-COMPILED = {
-    assignment: (
-        "assign",
-        "assign_most",
-        "sites_kept",
-        "choose_candidates",
-        "fill_costs",
-        "find_margins",
-        "give_labels",
-        "assess_batch",
-    ),
-    pruning: ("enough",),
-}
 OPTIONS = st.builds(
     SpatialOptions,
     threshold=st.sampled_from([0.0, 0.3, 0.5, 0.75, 1.0]),
@@ -98,11 +85,8 @@ def test_the_kernels_say_the_same_as_plain_python(
     make_batch: Any,
     options: SpatialOptions,
     rng: np.random.Generator,
-    monkeypatch: pytest.MonkeyPatch,
+    plain: None,
 ) -> None:
-    for module, names in COMPILED.items():
-        for name in names:
-            monkeypatch.setattr(module, name, getattr(module, name).py_func)
     for sites, objects in ((5, 12), (0, 5), (3, 4)):
         scene = make_scene(rng, objects, categories=3, sites=sites)
         check_agreement(SpatialReid(scene, options), make_batch(rng, scene))

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from farm_ar.arrays import FloatArray
 from farm_ar.reid import NearestReid, SpatialOptions, SpatialReid, association_marginals, solve_assignment
 from farm_ar.reid.assignment import margins
-from farm_ar.reid.certificates import certified_radius, pose_distance
+from farm_ar.reid.certificates import Choices, PoseMetric, certified_radius
 from farm_ar.scenes import Camera, Detections, Layout, Scene, Snapshot, Weights
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -35,7 +35,7 @@ class World:
 
     def distance(self, position: FloatArray, yaw: FloatArray) -> FloatArray:
         """D from each label to poses: (N, M)."""
-        return pose_distance((position, yaw), (self.position, self.yaw), self.diagonal, *self.weights)
+        return PoseMetric(self.diagonal, *self.weights).between((position, yaw), (self.position, self.yaw))
 
 
 def world(rng: np.random.Generator, n: int, m: int) -> World:
@@ -265,6 +265,7 @@ def test_a_label_that_was_not_offered_limits_what_is_certified():
     every = np.ones((1, 2), dtype=bool)
     moved_by, apart = np.array([[0.0, 0.3]]), np.array([[0.0, 5.0], [5.0, 0.0]])
     only_first = np.array([True, False])
-    assert certified_radius(moved_by, apart, np.ones((1, 2)), every, only_first) == pytest.approx(0.3)
-    assert certified_radius(moved_by, apart, np.ones((1, 2)), every, np.ones(2, bool)) == pytest.approx(2.5)
-    assert certified_radius(np.zeros((0, 2)), apart, np.ones((0, 2)), every[:0], only_first) == 0.0
+    ones = np.ones((1, 2))
+    assert certified_radius(moved_by, apart, Choices(ones, every, only_first)) == pytest.approx(0.3)
+    assert certified_radius(moved_by, apart, Choices(ones, every, np.ones(2, bool))) == pytest.approx(2.5)
+    assert certified_radius(ones[:0], apart, Choices(ones[:0], every[:0], only_first)) == 0.0

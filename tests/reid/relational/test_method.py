@@ -10,10 +10,10 @@ from numpy.testing import assert_allclose
 from farm_ar.errors import OptionError, SceneError, SnapshotError
 from farm_ar.geometry import wrap
 from farm_ar.reid import LikelihoodReid, accuracy
+from farm_ar.reid.fusion.tracking import track
 from farm_ar.reid.registration import RigidMotion
 from farm_ar.reid.relational.method import RelationalReid
 from farm_ar.reid.relational.options import Relation, RelationalOptions
-from farm_ar.reid.tracking import track
 from farm_ar.scenes import (
     Camera,
     Detections,

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from farm_ar.arrays import FloatArray, IntArray
-from farm_ar.reid import association
-from farm_ar.reid.association import associate, gain, join, mean_yaw
+from farm_ar.reid.fusion import association
+from farm_ar.reid.fusion.association import Noise, Seen, associate, gain, join, mean_yaw
 
 SEEDS = st.integers(0, 2**32 - 1)
 Detected = tuple[IntArray, IntArray, FloatArray, FloatArray, FloatArray]
@@ -38,7 +38,7 @@ def same(first: IntArray, second: IntArray) -> bool:
 @given(SEEDS, st.sampled_from([0.0, 0.001]))
 def test_objects_far_apart_are_told_apart(seed: int, sd: float) -> None:
     rows, truth = detected(np.random.default_rng(seed), position_sd=sd)
-    assert same(associate(*rows, area=6.0).object_of, truth)
+    assert same(associate(Seen(*rows), area=6.0).object_of, truth)
 
 
 @pytest.mark.parametrize(("sd", "least"), [(0.02, 0.99), (0.05, 0.95)])
@@ -46,7 +46,7 @@ def test_objects_far_apart_are_nearly_always_told_apart_under_noise(sd: float, l
     right = 0
     for seed in range(200):  # now and then a detection lies far enough off to look like one more object
         rows, truth = detected(np.random.default_rng(seed), position_sd=sd)
-        right += same(associate(*rows, area=6.0).object_of, truth)
+        right += same(associate(Seen(*rows), area=6.0).object_of, truth)
     assert right >= least * 200
 
 
@@ -57,15 +57,15 @@ def test_the_order_of_the_snapshots_does_not_matter(seed: int) -> None:
     (snapshot, *rows), _ = detected(rng, position_sd=0.2)
     renamed = rng.permutation(10)[snapshot]
     order = np.argsort(renamed, kind="stable")
-    first = associate(snapshot, *rows, area=6.0)
-    second = associate(renamed[order], *[row[order] for row in rows], area=6.0)
+    first = associate(Seen(snapshot, *rows), area=6.0)
+    second = associate(Seen(renamed[order], *[row[order] for row in rows]), area=6.0)
     assert same(first.object_of[order], second.object_of)
     assert_allclose(first.log_evidence, second.log_evidence)
 
 
 def test_objects_are_numbered_in_the_order_of_their_first_detections() -> None:
     rows, _ = detected(np.random.default_rng(1))
-    found = associate(*rows, area=6.0).object_of
+    found = associate(Seen(*rows), area=6.0).object_of
     _, first = np.unique(found, return_index=True)
     assert found[0] == 0
     assert (np.diff(first) > 0).all()
@@ -73,22 +73,22 @@ def test_objects_are_numbered_in_the_order_of_their_first_detections() -> None:
 
 def test_two_detections_of_one_snapshot_are_two_objects_even_in_one_spot() -> None:
     snapshot, same_place = np.array([0, 0, 1, 1]), np.ones((4, 2))
-    found = associate(snapshot, np.zeros(4, np.int64), same_place, np.zeros(4), np.zeros((4, 3)), 4.0)
+    found = associate(Seen(snapshot, np.zeros(4, np.int64), same_place, np.zeros(4), np.zeros((4, 3))), 4.0)
     assert sorted(found.object_of.tolist()) == [0, 0, 1, 1]
 
 
 def test_different_categories_are_different_objects_and_an_unknown_one_may_be_either() -> None:
     place, zero, sides = np.zeros((2, 2)), np.zeros(2), np.zeros((2, 3))
     snapshot = np.array([0, 1])
-    assert associate(snapshot, np.array([0, 1]), place, zero, sides, 4.0).object_of.tolist() == [0, 1]
-    assert associate(snapshot, np.array([-1, 1]), place, zero, sides, 4.0).object_of.tolist() == [0, 0]
+    assert associate(Seen(snapshot, np.array([0, 1]), place, zero, sides), 4.0).object_of.tolist() == [0, 1]
+    assert associate(Seen(snapshot, np.array([-1, 1]), place, zero, sides), 4.0).object_of.tolist() == [0, 0]
 
 
 def test_a_gain_is_the_ratio_of_integrals_over_where_the_object_may_be() -> None:
     sd, yaw_sd, area = 0.1, 0.2, 6.0
     place = np.array([[0.0, 0.0], [0.12, 0.0]])
     turn, zeros = np.array([0.1, -0.1]), np.zeros((2, 3))
-    noise = np.array([sd**2, yaw_sd**2, 1.0, area])
+    noise = Noise(sd, yaw_sd, 1.0, area)
     number = np.ones(2, dtype=np.int64)
     # One axis at a time, by summing over a fine grid of where the object may be.
     grid = np.linspace(-3, 3, 60001)
@@ -111,7 +111,10 @@ def test_joining_adds_up_to_the_ratio_for_all_detections_of_an_object() -> None:
     x, yaw = rng.normal(0, sd, (n, 2)), np.full(n, 3.1)
     yaw[2:] -= 2 * math.pi
     object_of = np.arange(n)
-    given = (np.arange(n), np.zeros(n, np.int64), x, yaw, np.zeros((n, 3)), area, sd, 0.2, 0.1)
+    given = (
+        Seen(np.arange(n), np.zeros(n, np.int64), x, yaw, np.zeros((n, 3))),
+        Noise(sd, 0.2, 0.1, area),
+    )
     total = join(*given, object_of)
     squares = ((x - x.mean(axis=0)) ** 2).sum() / sd**2
     log = math.log
@@ -121,15 +124,14 @@ def test_joining_adds_up_to_the_ratio_for_all_detections_of_an_object() -> None:
     assert_allclose(total, place + turn)
 
 
-def test_compiled_and_plain_joining_agree() -> None:
+def test_compiled_and_plain_joining_agree(request: pytest.FixtureRequest) -> None:
     rows, _ = detected(np.random.default_rng(3), objects=4, snapshots=3, position_sd=0.2)
-    compiled, plain = np.arange(len(rows[0])), np.arange(len(rows[0]))
-    given = (*rows, 6.0, 0.1, 0.2, 0.1)
+    compiled, in_python = np.arange(len(rows[0])), np.arange(len(rows[0]))
+    given = Seen(*rows), Noise(0.1, 0.2, 0.1, 6.0)
     total = join(*given, compiled)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(association, "gain", gain.py_func)
-        assert_allclose(join.py_func(*given, plain), total)
-    assert compiled.tolist() == plain.tolist()
+    request.getfixturevalue("plain")
+    assert_allclose(association.join(*given, in_python), total)
+    assert compiled.tolist() == in_python.tolist()
 
 
 def test_the_mean_of_headings_on_either_side_of_straight_back_is_straight_back() -> None:
@@ -138,5 +140,5 @@ def test_the_mean_of_headings_on_either_side_of_straight_back_is_straight_back()
 
 def test_nothing_detected_is_no_object() -> None:
     none = np.zeros(0, dtype=np.int64)
-    found = associate(none, none, np.zeros((0, 2)), np.zeros(0), np.zeros((0, 3)), 4.0)
+    found = associate(Seen(none, none, np.zeros((0, 2)), np.zeros(0), np.zeros((0, 3))), 4.0)
     assert len(found.object_of) == 0

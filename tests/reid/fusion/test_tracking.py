@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from farm_ar.errors import SnapshotError
 from farm_ar.reid import Identification, SpatialOptions, SpatialReid
 from farm_ar.reid.base import Assurance
-from farm_ar.reid.tracking import Whereabouts, track
+from farm_ar.reid.fusion.tracking import Whereabouts, track
 from farm_ar.scenes import (
     Camera,
     Detections,

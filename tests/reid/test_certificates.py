@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from farm_ar.reid import SpatialOptions, SpatialReid, solve_assignment, solve_certified
-from farm_ar.reid.certified_pruning import nearest_labels
+from farm_ar.reid.certificates import nearest_labels
 from farm_ar.scenes import Weights
 
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray, Record, read_only
 from farm_ar.errors import SnapshotError
-from farm_ar.reid.association import Association, associate, mean_yaw
 from farm_ar.reid.base import Assurance, Identification, Reidentifier, as_reidentifier
+from farm_ar.reid.fusion.association import Association, Seen, associate, mean_yaw
 from farm_ar.scenes import UNKNOWN, Camera, Detections, Snapshot
 
 
@@ -138,14 +138,14 @@ def _associated(snapshots: Sequence[Snapshot]) -> Association:
     names = sorted({name for one in seen for name in one.category if name is not None})
     codes = {name: code for code, name in enumerate(names)} | {None: UNKNOWN}
     position = np.concatenate([one.position for one in seen])
-    return associate(
+    every = Seen(
         np.repeat(np.arange(len(seen)), [len(one) for one in seen]),
         np.array([codes[name] for one in seen for name in one.category], dtype=np.int64),
         position,
         np.concatenate([one.yaw for one in seen]),
         np.log(np.concatenate([one.size for one in seen])),
-        _area(position, [one.camera for one in snapshots]),
     )
+    return associate(every, _area(position, [one.camera for one in snapshots]))
 
 
 def _area(position: FloatArray, cameras: Sequence[Camera]) -> float:

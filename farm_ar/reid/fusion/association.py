@@ -21,6 +21,40 @@ SIDE_SD = 0.1
 """SD of the logarithms of detected sides."""
 
 
+class Seen(NamedTuple):
+    """The D detections of several snapshots.
+
+    Args:
+        snapshot: (D,) which snapshot each is of.
+        category: (D,) codes, negative where not known.
+        position: (D, 2) metres.
+        yaw: (D,) radians.
+        sides: (D, 3) logarithms of the sides.
+    """
+
+    snapshot: IntArray
+    category: IntArray
+    position: FloatArray
+    yaw: FloatArray
+    sides: FloatArray
+
+
+class Noise(NamedTuple):
+    """How exactly detections are measured, and where objects may be.
+
+    Args:
+        position_sd: of each coordinate, metres.
+        yaw_sd: radians.
+        side_sd: of the logarithms of the sides.
+        area: over which objects may be strewn, square metres.
+    """
+
+    position_sd: float
+    yaw_sd: float
+    side_sd: float
+    area: float
+
+
 class Association(NamedTuple):
     """Objects that were detected in several snapshots, and how exactly.
 
@@ -37,14 +71,7 @@ class Association(NamedTuple):
     log_evidence: float
 
 
-def associate(
-    snapshot: IntArray,
-    category: IntArray,
-    position: FloatArray,
-    yaw: FloatArray,
-    sides: FloatArray,
-    area: float,
-) -> Association:
+def associate(seen: Seen, area: float) -> Association:
     """Group detections into objects, at the noise of detecting under which they are likeliest.
 
     From every detection as an object of its own, the two objects are joined that gain most, as long as one
@@ -53,21 +80,15 @@ def associate(
     The order of the snapshots does not matter.
 
     Args:
-        snapshot: (D,) which snapshot each detection is of.
-        category: (D,) codes, negative where not known.
-        position: (D, 2) metres.
-        yaw: (D,) radians.
-        sides: (D, 3) logarithms of the sides.
+        seen: the detections.
         area: over which objects may be strewn, square metres.
     """
-    spacing = _spacing(snapshot, position, area)
+    spacing = _spacing(seen.snapshot, seen.position, area)
     best: Association | None = None
     for share in POSITION_SDS:
         for yaw_sd in YAW_SDS:
-            object_of = np.arange(len(yaw))
-            evidence = join(
-                snapshot, category, position, yaw, sides, area, share * spacing, yaw_sd, SIDE_SD, object_of
-            )
+            object_of = np.arange(len(seen.yaw))
+            evidence = join(seen, Noise(share * spacing, yaw_sd, SIDE_SD, area), object_of)
             if best is None or evidence > best.log_evidence + 1e-9:
                 best = Association(object_of, share * spacing, yaw_sd, float(evidence))
     assert best is not None
@@ -99,7 +120,7 @@ _compile = compiled(error_model="numpy")
 
 @_compile
 def gain(
-    number: IntArray, place: FloatArray, turn: FloatArray, side: FloatArray, a: int, b: int, noise: FloatArray
+    number: IntArray, place: FloatArray, turn: FloatArray, side: FloatArray, a: int, b: int, noise: Noise
 ) -> float:
     """How much likelier the detections of objects a and b are if these are one: a logarithm.
 
@@ -110,56 +131,37 @@ def gain(
         side: (D, 3) their mean logarithms of the sides.
         a: one object.
         b: the other.
-        noise: (4,) variances of place, heading and sides, and the area.
+        noise: how exactly they were measured.
     """
     weight = number[a] * number[b] / (number[a] + number[b])
     dx, dz = place[a, 0] - place[b, 0], place[a, 1] - place[b, 1]
     angle = turn[a] - turn[b]
     angle -= 2 * math.pi * np.round(angle / (2 * math.pi))
-    squares = (dx * dx + dz * dz) / noise[0] + angle * angle / noise[1]
+    squares = (dx * dx + dz * dz) / noise.position_sd**2 + angle * angle / noise.yaw_sd**2
     for k in range(3):
-        squares += (side[a, k] - side[b, k]) ** 2 / noise[2]
-    volume = math.log(noise[3] * weight / (2 * math.pi * noise[0]))
-    volume += 0.5 * math.log(2 * math.pi * weight / noise[1])
+        squares += (side[a, k] - side[b, k]) ** 2 / noise.side_sd**2
+    volume = math.log(noise.area * weight / (2 * math.pi * noise.position_sd**2))
+    volume += 0.5 * math.log(2 * math.pi * weight / noise.yaw_sd**2)
     return float(volume - 0.5 * weight * squares)
 
 
 @_compile
-def join(
-    snapshot: IntArray,
-    category: IntArray,
-    position: FloatArray,
-    yaw: FloatArray,
-    sides: FloatArray,
-    area: float,
-    position_sd: float,
-    yaw_sd: float,
-    side_sd: float,
-    object_of: IntArray,
-) -> float:
+def join(seen: Seen, noise: Noise, object_of: IntArray) -> float:
     """Join the two objects that gain most until none gain; returns the sum of the gains.
 
     Args:
-        snapshot: (D,) as in `associate`, like the next ones.
-        category: (D,) codes.
-        position: (D, 2) metres.
-        yaw: (D,) radians.
-        sides: (D, 3) logarithms of the sides.
-        area: square metres.
-        position_sd: metres.
-        yaw_sd: radians.
-        side_sd: of the logarithms of the sides.
+        seen: the detections.
+        noise: how exactly they were measured.
         object_of: (D,) 0, 1, ..., filled with the object of each detection.
     """
-    count = len(yaw)
-    noise = np.array([position_sd**2, yaw_sd**2, side_sd**2, area])
+    count = len(seen.yaw)
     number = np.ones(count, dtype=np.int64)
-    place, turn, side, kind = position.copy(), yaw.copy(), sides.copy(), category.copy()
+    place, turn, side, kind = seen.position.copy(), seen.yaw.copy(), seen.sides.copy(), seen.category.copy()
     gains = np.full((count, count), -np.inf)
     for a in range(count):
         for b in range(a):
             apart = kind[a] >= 0 and kind[b] >= 0 and kind[a] != kind[b]
-            if snapshot[a] != snapshot[b] and not apart:
+            if seen.snapshot[a] != seen.snapshot[b] and not apart:
                 gains[a, b] = gain(number, place, turn, side, a, b, noise)
     total = 0.0
     while True:

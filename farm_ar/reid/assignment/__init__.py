@@ -1,0 +1,53 @@
+"""Assignment of labels to detections: the compiled method, the optimum and its margins, solvers by name."""
+
+from farm_ar.reid.assignment.assessment import (
+    Answer,
+    Known,
+    Rule,
+    Seen,
+    assess,
+    fill_costs,
+    known_at,
+    pose_cost,
+    seen_at,
+)
+from farm_ar.reid.assignment.optimum import (
+    assign,
+    assign_most,
+    find_margins,
+    margins,
+    margins_and_runners_up,
+)
+from farm_ar.reid.assignment.solvers import (
+    SOLVERS,
+    UNASSIGNED,
+    Assignment,
+    k_best,
+    solve_assignment,
+    solve_lsap,
+    solve_mip,
+)
+
+__all__ = [
+    "SOLVERS",
+    "UNASSIGNED",
+    "Answer",
+    "Assignment",
+    "Known",
+    "Rule",
+    "Seen",
+    "assess",
+    "assign",
+    "assign_most",
+    "fill_costs",
+    "find_margins",
+    "k_best",
+    "known_at",
+    "margins",
+    "margins_and_runners_up",
+    "pose_cost",
+    "seen_at",
+    "solve_assignment",
+    "solve_lsap",
+    "solve_mip",
+]

@@ -1,0 +1,6 @@
+"""Fusion: several snapshots of a world that does not change between them, identified together."""
+
+from farm_ar.reid.fusion.association import Association, associate
+from farm_ar.reid.fusion.tracking import Tracking, Whereabouts, track
+
+__all__ = ["Association", "Tracking", "Whereabouts", "associate", "track"]
