@@ -52,7 +52,8 @@ def identify(
         bool | None,
         typer.Option(
             "--gate/--no-gate",
-            help="Whether labels keep to detections of their category, as by default. (*, distance, nearest)",
+            help="Whether labels keep to detections of their category, as by default. "
+            "(*, distance, squared-distance, nearest)",
         ),
     ] = None,
     solver: Annotated[str | None, typer.Option(metavar="NAME", help="lsap, the default, or mip. (*)")] = None,

@@ -20,6 +20,7 @@ from farm_ar.reid import (
     Reidentifier,
     SpatialOptions,
     SpatialReid,
+    SquaredDistanceReid,
     as_reidentifier,
     explain,
     load_reid,
@@ -194,7 +195,7 @@ def make_rule(
         refuse([("--min-confidence", min_confidence)], with_it)
     if name not in ("spatial", "spatial-ungated"):
         refuse({"--threshold": threshold, "--weights": weights, "--solver": solver}.items(), with_it)
-    if name not in ("spatial", "distance", "nearest"):
+    if name not in ("spatial", "distance", "squared-distance", "nearest"):
         refuse([("--gate", gate)], with_it)
     if name == "likelihood" and min_confidence is not None:
         return LikelihoodReid(scene, LikelihoodOptions(min_confidence=min_confidence))
@@ -202,6 +203,8 @@ def make_rule(
         return NearestReid(scene, gate)
     if name == "distance" and gate is not None:
         return DistanceReid(scene, gate_categories=gate)
+    if name == "squared-distance" and gate is not None:
+        return SquaredDistanceReid(scene, gate)
     made = make(scene)
     if name not in ("spatial", "spatial-ungated") or not isinstance(made, SpatialReid):
         return made
@@ -229,8 +232,8 @@ def check_size(name: str, labels: int, detections: int) -> None:
 
 def decided_by_category(reid: Reidentifier, snapshot: Snapshot, found: Identification) -> list[str]:
     """The ids of the detections that would have other labels if categories were not kept apart."""
-    if isinstance(reid, NearestReid) and reid.gate_categories:
-        ungated: Reidentifier = NearestReid(reid.scene, gate_categories=False)
+    if isinstance(reid, NearestReid | SquaredDistanceReid) and reid.gate_categories:
+        ungated: Reidentifier = type(reid)(reid.scene, gate_categories=False)
     elif isinstance(reid, SpatialReid) and reid.options.gate_categories:
         ungated = SpatialReid(reid.scene, replace(reid.options, gate_categories=False))
     else:

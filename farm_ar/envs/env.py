@@ -164,7 +164,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
     | `observation` | `"state"` | or `"pixels"` |
     | `knowledge` | `"white-box"` | or `"black-box"`: the policy sees the table, not the headset's belief state |
     | `reward`, `sign`, `effort_weight` | `"identity"`, 1, .25 | see Rewards |
-    | `reid` | `"spatial"` | `likelihood`, `relational`, `nearest`, `distance`, `last-known`, or a function from a `Scene` to a `Reidentifier` |
+    | `reid` | `"spatial"` | `likelihood`, `relational`, `nearest`, `distance`, `squared-distance`, `last-known`, or a function from a `Scene` to a `Reidentifier` |
     | `perception` | `"oracle"` | or a `Perception` |
     | `budget_m`, `budget_rad` | .6, pi / 2 | what a visit may move and turn all objects together, metres and radians |
     | `budget` | `None` | one effort in place of both |

@@ -9,7 +9,13 @@ from farm_ar.reid.base import (
     Reidentifier,
     as_reidentifier,
 )
-from farm_ar.reid.baselines import BASELINES, DistanceReid, LastKnownReid, NearestReid
+from farm_ar.reid.baselines import (
+    BASELINES,
+    DistanceReid,
+    LastKnownReid,
+    NearestReid,
+    SquaredDistanceReid,
+)
 from farm_ar.reid.certificates import solve_certified
 from farm_ar.reid.costs import dimension_cost, rotation_cost, total_cost, translation_cost
 from farm_ar.reid.explanations import Explanation, alternatives, explain
@@ -57,6 +63,7 @@ __all__ = [
     "RigidMotion",
     "SpatialOptions",
     "SpatialReid",
+    "SquaredDistanceReid",
     "Tracking",
     "Whereabouts",
     "accuracy",

@@ -1,3 +1,4 @@
+import itertools
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -17,6 +18,7 @@ from farm_ar.reid import (
     Reidentifier,
     SpatialOptions,
     SpatialReid,
+    SquaredDistanceReid,
     accuracy,
 )
 from farm_ar.scenes import (
@@ -94,7 +96,32 @@ def test_every_rule_refuses_a_category_that_the_scene_does_not_declare(
 
 
 def test_the_simpler_rules_are_known_by_name() -> None:
-    assert {"nearest": NearestReid, "distance": DistanceReid, "last-known": LastKnownReid} == BASELINES
+    named = {"nearest": NearestReid, "distance": DistanceReid, "last-known": LastKnownReid}
+    assert {**named, "squared-distance": SquaredDistanceReid} == BASELINES
+
+
+@given(st.integers(0, 10_000), st.integers(0, 5), st.integers(1, 5))
+def test_squares_of_distances_sum_to_the_least_of_all_assignments_within_categories(
+    seed: int, detections: int, labels: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    scene, seen = row_of_chairs(*rng.uniform(0, 3, labels)), seen_at(*rng.uniform(0, 3, detections))
+    kinds = np.array(["chair", "stool"])
+    layout = replace(scene.layout, category=tuple(kinds[rng.integers(2, size=labels)]))
+    declared = [*layout.category, None]
+    asked = tuple(declared[i] for i in rng.integers(len(declared), size=detections))
+    seen = replace(seen, detections=replace(seen.detections, category=asked))
+    found = SquaredDistanceReid(replace(scene, layout=layout)).identify(seen)
+    spare = [None] * detections
+    ways = set(itertools.permutations([*range(labels), *spare], detections))
+    x, z = seen.detections.position[:, 0], layout.position[:, 0]
+    best = min(
+        (way.count(None), sum((x[i] - z[j]) ** 2 for i, j in enumerate(way) if j is not None))
+        for way in ways
+        if all(j is None or asked[i] in (None, layout.category[j]) for i, j in enumerate(way))
+    )
+    assert found.labels.count(None) == best[0]
+    assert found.total * 25 == pytest.approx(best[1])
 
 
 def test_nearest_gives_the_nearest_label_even_twice() -> None:
@@ -110,12 +137,13 @@ def mixed_row() -> Scene:
     return replace(scene, layout=replace(scene.layout, category=("chair", "table", "chair")))
 
 
-@pytest.mark.parametrize("rule", [NearestReid, DistanceReid])
+@pytest.mark.parametrize("rule", [NearestReid, DistanceReid, SquaredDistanceReid])
 def test_simpler_rules_keep_categories_apart_unless_asked_not_to(rule: Callable[..., Reidentifier]) -> None:
     chairs, unknown = seen_at(1.1, 2.9), seen_at(1.1, 2.9, category=None)
     found = rule(mixed_row()).identify(chairs)
     assert found.labels == ("0", "2")
-    np.testing.assert_allclose(found.cost, [1.1 / 5, 0.1 / 5])
+    power = 2 if rule is SquaredDistanceReid else 1
+    np.testing.assert_allclose(found.cost, np.power([1.1 / 5, 0.1 / 5], power))
     assert rule(mixed_row(), gate_categories=False).identify(chairs).labels == ("1", "2")
     assert rule(mixed_row()).identify(unknown).labels == ("1", "2")
 
