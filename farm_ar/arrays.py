@@ -42,6 +42,7 @@ RANGE = Limits(1e-6, 1e9, "must be positive metres, from 1e-6 to 1e9")
 SPEED = Limits(1e-6, 1e6, "must be a positive number, from 1e-6 to 1e6 metres a second")
 WEIGHT = Limits(0.0, 1e6, "must be a number not below 0, at most 1e6")
 SECONDS = Limits(0.0, 3600.0, "must be a number of seconds from 0 to 3600")
+TIME = Limits(-1e15, 1e15, "must be a finite number of seconds")
 SHARE = Limits(0.0, 1.0, "must be from 0 to 1")
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)

@@ -34,6 +34,7 @@ from farm_ar.geometry.frames import (
     pose_matrix,
     to_pymunk,
 )
+from farm_ar.geometry.polygons import crossing_sides, diameter, in_polygon, polygon_area
 from farm_ar.geometry.rectangles import (
     deepest_overlap,
     footprint_corners,
@@ -56,7 +57,9 @@ __all__ = [
     "chain",
     "convert_points",
     "convert_pose",
+    "crossing_sides",
     "deepest_overlap",
+    "diameter",
     "direction",
     "distance",
     "equally_spaced",
@@ -64,12 +67,14 @@ __all__ = [
     "footprints_overlap",
     "from_pymunk",
     "heading",
+    "in_polygon",
     "in_vertical_view",
     "in_view",
     "inside_footprint",
     "move_end",
     "nearest_site",
     "planar_pose",
+    "polygon_area",
     "polyline_length",
     "pose_matrix",
     "sample_chain",

@@ -4,6 +4,7 @@ import numpy as np
 from scipy.spatial import Voronoi
 
 from farm_ar.arrays import FloatArray, IntArray
+from farm_ar.geometry.polygons import polygon_area
 
 # Four helper sites this many times farther out than room and sites bound every cell and own nothing inside.
 _FAR = 10.0
@@ -70,7 +71,8 @@ def _clip_to_room(polygon: FloatArray, room: FloatArray) -> FloatArray:
     polygon = np.clip(polygon, 0.0, room)
     step = np.abs(np.roll(polygon, -1, axis=0) - polygon)
     polygon = polygon[np.any(step > _NEGLIGIBLE * room, axis=1)]
-    return polygon if _area(polygon) > _NEGLIGIBLE * room.prod() else np.empty((0, 2))
+    kept = len(polygon) > 0 and polygon_area(polygon) > _NEGLIGIBLE * room.prod()
+    return polygon if kept else np.empty((0, 2))
 
 
 def _clip(polygon: FloatArray, depth: FloatArray) -> FloatArray:
@@ -85,9 +87,3 @@ def _clip(polygon: FloatArray, depth: FloatArray) -> FloatArray:
     crossing = polygon + part[:, None] * (next_corner - polygon)
     kept: FloatArray = np.stack([polygon, crossing], axis=1)[np.stack([inside, crosses], axis=1)]
     return kept
-
-
-def _area(polygon: FloatArray) -> float:
-    """Area of a counter-clockwise polygon."""
-    x, z = polygon.T
-    return float(x @ np.roll(z, -1) - z @ np.roll(x, -1)) / 2

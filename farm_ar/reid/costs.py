@@ -28,28 +28,30 @@ def translation_cost(
 def rotation_cost(detected_yaw: FloatArray, label_yaw: FloatArray) -> FloatArray:
     """Cost of turning each label to each detection, 0 (same heading) to 1 (opposite).
 
-    Symmetric about 180 degrees, so the difference needs no wrapping. Paper, Eq. 5.
+    Symmetric about 180 degrees, so the difference needs no wrapping. Paper, Eq. 5. A heading that is not
+    known costs nothing.
 
     Args:
-        detected_yaw: (..., N) headings of the detections, radians.
-        label_yaw: (..., M) headings of the labels in the reference layout, radians.
+        detected_yaw: (..., N) headings of the detections, radians; NaN where not known.
+        label_yaw: (..., M) headings of the labels in the reference layout, radians; likewise.
 
     Returns:
         (..., N, M) costs.
     """
     half = (detected_yaw[..., :, None] - label_yaw[..., None, :]) / 2
-    return np.abs(np.sin(half))
+    return np.where(np.isnan(half), 0.0, np.abs(np.sin(half)))
 
 
 def dimension_cost(detected_size: FloatArray, label_size: FloatArray) -> FloatArray:
     """Cost of the sizes' difference, 1 where they agree: the product of the sides' ratios. Paper, Eq. 6.
 
     The sides are paired so that the product is smallest, since a pose estimate may have its axes swapped. The
-    logarithm of the product is a sum of absolute differences, which is smallest when both are sorted.
+    logarithm of the product is a sum of absolute differences, which is smallest when both are sorted. A size
+    that is not known costs nothing.
 
     Args:
-        detected_size: (..., N, 3) sides of the detections, metres.
-        label_size: (..., M, 3) sides of the labels, metres.
+        detected_size: (..., N, 3) sides of the detections, metres; NaN where not known.
+        label_size: (..., M, 3) sides of the labels, metres; likewise.
 
     Returns:
         (..., N, M) costs, at least 1.
@@ -65,8 +67,8 @@ def sorted_log_sides(size: FloatArray) -> FloatArray:
 def dimension_cost_of_sides(detected_sides: FloatArray, label_sides: FloatArray) -> FloatArray:
     """`dimension_cost` of what `sorted_log_sides` has made: (..., N, 3) and (..., M, 3) to (..., N, M)."""
     difference = np.abs(detected_sides[..., :, None, :] - label_sides[..., None, :, :])
-    cost: FloatArray = np.exp(difference[..., 0] + difference[..., 1] + difference[..., 2])
-    return cost
+    gap = difference[..., 0] + difference[..., 1] + difference[..., 2]
+    return np.where(np.isnan(gap), 1.0, np.exp(gap))
 
 
 def total_cost(

@@ -20,7 +20,7 @@ class Candidate:
     Args:
         label: its name.
         shift_m: distance from where it was to the detection, metres.
-        turn_deg: by how much it would have turned, degrees, 0 to 180.
+        turn_deg: by how much it would have turned, degrees, 0 to 180; NaN where a heading is not known.
         terms: of the cost, by name.
     """
 
@@ -145,7 +145,8 @@ def alternatives(reid: Reidentifier, snapshot: Snapshot, k: int) -> list[Identif
 
 
 def _moved(one: Candidate) -> str:
-    return f"{one.label}, moved {one.shift_m:.2f} m and turned {one.turn_deg:.0f}°"
+    turn = "" if np.isnan(one.turn_deg) else f" and turned {one.turn_deg:.0f}°"
+    return f"{one.label}, moved {one.shift_m:.2f} m{turn}"
 
 
 def _largest(gaps: Mapping[str, float]) -> list[tuple[str, float]]:

@@ -43,6 +43,7 @@ Term = Literal["translation", "rotation", "dimension"]
 TERMS: tuple[Term, ...] = ("translation", "rotation", "dimension")
 
 _NO_DIMENSION_COST: FloatArray = np.ones((1, 1))
+_UNKNOWN_SIDES = (np.nan, np.nan, np.nan)
 
 
 @dataclass(frozen=True)
@@ -123,7 +124,8 @@ class SpatialReid(Reidentifier):
         # Few labels differ in size, so the dimension cost is computed once for each size, or "kind".
         # (np.unique does this, too, and takes ten times as long for so few.)
         number: dict[tuple[float, ...], int] = {}
-        kind = [number.setdefault(tuple(row), len(number)) for row in sides.tolist()]
+        known = [tuple(row) if row[0] == row[0] else _UNKNOWN_SIDES for row in sides.tolist()]
+        kind = [number.setdefault(row, len(number)) for row in known]
         self._kind_sides = np.array(list(number))
         self._kind: IntArray = np.array(kind, dtype=np.int64)
         self._declared = declared_codes(layout)

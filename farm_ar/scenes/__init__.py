@@ -1,5 +1,6 @@
 """Scenes: what stood where, who looks at it, and what is seen of it."""
 
+from farm_ar.scenes.bounds import Bounds
 from farm_ar.scenes.builtin import BUILTIN, builtin_scene
 from farm_ar.scenes.camera import PAPER_FIELD_OF_VIEW, Camera, CameraPath, FieldOfView
 from farm_ar.scenes.csv_files import load_layout_csv, load_scene_csv, load_snapshot_csv
@@ -25,6 +26,7 @@ __all__ = [
     "PAPER_FIELD_OF_VIEW",
     "PERFECT",
     "UNKNOWN",
+    "Bounds",
     "Camera",
     "CameraPath",
     "Detections",

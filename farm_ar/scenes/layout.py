@@ -24,6 +24,14 @@ from farm_ar.errors import SceneError
 from farm_ar.scenes.documents import is_text
 
 
+def unknown(name: str, values: FloatArray) -> BoolArray:
+    """Which values of N objects are rightly NaN: headings (..., N) and whole sizes (..., N, 3)."""
+    missing = np.isnan(values)
+    if name == "size":
+        return missing & missing.all(axis=-1, keepdims=True)
+    return missing if name == "yaw" else np.zeros_like(missing)
+
+
 @dataclass(frozen=True, eq=False)
 class Layout(Record):
     """What stood where: N labelled objects, in one arrangement or in a batch of them.
@@ -35,8 +43,8 @@ class Layout(Record):
         labels: N distinct, non-empty names.
         category: N non-empty categories; objects of one category look alike.
         position: (..., N, 2) pivots as (x, z), metres, at most 1e6 either way.
-        yaw: (..., N) headings, radians, at most 1e6 turns either way.
-        size: (N, 3) width, height, depth, metres, 1e-6 to 1e6.
+        yaw: (..., N) headings, radians, at most 1e6 turns either way; NaN where not known.
+        size: (N, 3) width, height, depth, metres, 1e-6 to 1e6; three NaN where not known.
         elevation: (N,) heights of the pivots above the floor, metres, as positions; 0 by default.
         fixed: (N,) objects that never move; none by default.
 
@@ -100,7 +108,7 @@ class Layout(Record):
         limits = {"position": POSITION, "yaw": ANGLE, "elevation": POSITION, "size": SIDE}
         for name, limit in limits.items():
             values = getattr(self, name)
-            where = first_wrong(limit.allow(values))
+            where = first_wrong(limit.allow(values) | unknown(name, values))
             if where is not None:
                 raise SceneError(f"{name}{list(where)}", limit.expected, float(values[where]))
 

@@ -1,9 +1,9 @@
-"""A scene: a room, the reference layout in it, the Voronoi sites, and how a camera sees and moves there."""
+"""A scene: its bounds, the reference layout in it, the sites, and how a camera sees and moves there."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields
 from functools import cached_property
 from types import MappingProxyType
 
@@ -11,7 +11,8 @@ import numpy as np
 
 from farm_ar.arrays import ANGLE, POSITION, SIDE, SPEED, WEIGHT, FloatArray, IntArray, Record, read_only
 from farm_ar.errors import SceneError
-from farm_ar.geometry import nearest_site
+from farm_ar.geometry import diameter, nearest_site
+from farm_ar.scenes.bounds import Bounds
 from farm_ar.scenes.camera import PAPER_FIELD_OF_VIEW, CameraPath, FieldOfView
 from farm_ar.scenes.documents import is_text
 from farm_ar.scenes.layout import Layout
@@ -82,13 +83,14 @@ class Template:
             )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class Scene(Record):
-    """A room [0, width] x [0, depth] with what the headset last knew of it.
+    """A place with what the headset last knew of it.
 
     Args:
         name: its name.
-        size: width (x) and depth (z) of the room, metres.
+        size: width (x) and depth (z) of the room [0, width] x [0, depth], metres: the bounds, where they are
+            such a room. None otherwise.
         layout: the reference layout.
         sites: centres of the Voronoi cells, distinct; none means that nothing is ever pruned.
         camera_path: where the camera wanders, if anywhere.
@@ -98,34 +100,51 @@ class Scene(Record):
         templates: at most one per category, for `box="world"`.
         symmetry: period in radians, 0 to 2 pi, of the categories that look the same when turned by it; 0 for
             those that look the same however they are turned.
+        bounds: within which the objects stand, wherever that is; None where they are not known.
 
     Raises:
-        SceneError: a value is out of its limits, or two sites share a name or a place.
+        SceneError: a value is out of its limits, two sites share a name or a place, or a size is given beside
+            bounds that are no room from [0, 0].
     """
 
     name: str
-    size: tuple[float, float]
     layout: Layout
-    sites: tuple[Site, ...] = ()
-    camera_path: CameraPath | None = None
-    fov: FieldOfView = PAPER_FIELD_OF_VIEW
-    camera_speed: float = 1.0
-    weights: Weights | None = None
-    templates: tuple[Template, ...] = ()
-    symmetry: Mapping[str, float] = field(default_factory=dict)
+    sites: tuple[Site, ...]
+    camera_path: CameraPath | None
+    fov: FieldOfView
+    camera_speed: float
+    weights: Weights | None
+    templates: tuple[Template, ...]
+    symmetry: Mapping[str, float]
+    bounds: Bounds | None
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "size", tuple(float(side) for side in self.size))
+    def __init__(
+        self,
+        name: str,
+        size: tuple[float, float] | None = None,
+        layout: Layout = None,  # type: ignore[assignment]  # needed, but `size` is not
+        sites: Iterable[Site] = (),
+        camera_path: CameraPath | None = None,
+        fov: FieldOfView = PAPER_FIELD_OF_VIEW,
+        camera_speed: float = 1.0,
+        weights: Weights | None = None,
+        templates: Iterable[Template] = (),
+        symmetry: Mapping[str, float] = MappingProxyType({}),
+        bounds: Bounds | None = None,
+    ) -> None:
+        for field, value in locals().items():
+            if field not in ("self", "size"):
+                object.__setattr__(self, field, value)
+        if size is not None:
+            object.__setattr__(self, "bounds", _room(size, bounds))
         object.__setattr__(self, "sites", tuple(self.sites))
         object.__setattr__(self, "camera_speed", float(self.camera_speed))
         object.__setattr__(self, "templates", tuple(self.templates))
         object.__setattr__(self, "symmetry", MappingProxyType(dict(self.symmetry)))
         if not is_text(self.name):
             raise SceneError("name", "must be a non-empty string of Unicode", self.name)
-        if len(self.size) != 2 or not SIDE.allow(self.size).all():
-            raise SceneError(
-                "size_m", "must be 2 positive numbers in metres, from 1e-6 to 1e6", list(self.size)
-            )
+        if not isinstance(self.layout, Layout):
+            raise SceneError("layout", "must be a layout", self.layout)
         if self.layout.batch_shape:
             raise SceneError("layout", "must be a single arrangement", self.layout.batch_shape)
         if not SPEED.allow(self.camera_speed):
@@ -162,24 +181,62 @@ class Scene(Record):
                 raise SceneError(f"symmetry[{category!r}]", expected, period)
 
     def knowing(self, layout: Layout) -> Scene:
-        """The same room, with the same objects known to be elsewhere."""
+        """The same place, with the same objects known to be elsewhere."""
         values = vars(self) | {"layout": layout}
         values.pop("object_site", None)
+        if self.bounds is None:
+            values.pop("diagonal", None)
         return self.trusted(**values)
 
+    def __reduce__(self) -> tuple[type, tuple[object, ...]]:
+        values = [getattr(self, field.name) for field in fields(self)]
+        values[8] = dict(self.symmetry)
+        return type(self), (values[0], None, *values[1:])
+
     def __repr__(self) -> str:
-        (width, depth), n, k = self.size, len(self.layout), len(self.sites)
-        return f"Scene({self.name!r}, {width:g} x {depth:g} m, {n} objects, {k} sites)"
+        n, k = len(self.layout), len(self.sites)
+        where = "no bounds" if self.bounds is None else repr(self.bounds)
+        if self.room is not None:
+            where = f"{self.room[0]:g} x {self.room[1]:g} m"
+        return f"Scene({self.name!r}, {where}, {n} objects, {k} sites)"
+
+    @property
+    def room(self) -> tuple[float, float] | None:
+        """Width and depth, metres, where the bounds are [0, width] x [0, depth]; None where they are not."""
+        return None if self.bounds is None else self.bounds.room
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Width and depth, metres, of the room [0, width] x [0, depth].
+
+        Raises:
+            SceneError: the bounds are others, or not known.
+        """
+        room = self.room
+        if room is None:
+            expected = "must be a rectangle from [0, 0] along the axes here, as size_m gives it"
+            raise SceneError("bounds", expected, self.bounds)
+        return room
+
+    @cached_property
+    def diagonal(self) -> float:
+        """The `l` of Eq. 4, metres: the diagonal of the room, or the largest distance within its bounds.
+
+        Without bounds it is that between two objects; of a single one, the diagonal of its footprint, or 1
+        metre where its size is not known.
+        """
+        if self.bounds is not None:
+            return self.bounds.extent
+        apart = diameter(self.layout.position)
+        if apart > 0:
+            return apart
+        footprint = np.hypot(self.layout.size[:, 0], self.layout.size[:, 2])
+        return float(np.nanmax(footprint)) if np.isfinite(footprint).any() else 1.0
 
     @property
     def area(self) -> float:
-        """Area of the room, square metres."""
-        return self.size[0] * self.size[1]
-
-    @property
-    def diagonal(self) -> float:
-        """Diagonal of the room, metres: the `l` of Eq. 4."""
-        return float(np.hypot(*self.size))
+        """Area within the bounds, square metres; without bounds that of a square with the diagonal."""
+        return self.diagonal**2 / 2 if self.bounds is None else self.bounds.area
 
     @cached_property
     def site_positions(self) -> FloatArray:
@@ -197,3 +254,13 @@ class Scene(Record):
     def cost_weights(self) -> Weights:
         """The scene's own weights, or the paper's formula where it has none."""
         return self.weights or Weights.of_area(self.area)
+
+
+def _room(size: tuple[float, float], bounds: Bounds | None) -> Bounds:
+    """The bounds that a size means."""
+    sides = tuple(float(side) for side in size)
+    if len(sides) != 2 or not SIDE.allow(sides).all():
+        raise SceneError("size_m", "must be 2 positive numbers in metres, from 1e-6 to 1e6", list(sides))
+    if bounds is not None and bounds.room is None:  # another room is replaced by `replace(scene, size=...)`
+        raise SceneError("size_m, bounds", "must be one of the two", (list(sides), bounds))
+    return Bounds.rectangle(*sides)

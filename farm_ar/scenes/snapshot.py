@@ -12,6 +12,7 @@ from farm_ar.arrays import (
     POSITION,
     SHARE,
     SIDE,
+    TIME,
     BoolArray,
     FloatArray,
     IntArray,
@@ -22,6 +23,7 @@ from farm_ar.arrays import (
 from farm_ar.errors import SnapshotError
 from farm_ar.scenes.camera import Camera
 from farm_ar.scenes.documents import is_text
+from farm_ar.scenes.layout import unknown
 
 UNKNOWN = -1
 """Code of a category that is not known, and index of a label that is none."""
@@ -36,14 +38,16 @@ class Detections(Record):
     Args:
         category: N non-empty categories; None where it is not known.
         position: (N, 2) pivots as (x, z), metres, at most 1e6 either way.
-        yaw: (N,) headings, radians, at most 1e6 turns either way.
-        size: (N, 3) width, height, depth, metres, 1e-6 to 1e6.
+        yaw: (N,) headings, radians, at most 1e6 turns either way; NaN where not known.
+        size: (N, 3) width, height, depth, metres, 1e-6 to 1e6; three NaN where not known.
         elevation: (N,) heights of the pivots above the floor, metres, as positions; 0 by default.
         confidence: (N,) how sure the detector is, 0 to 1; 1 by default.
         ids: N names of the detections, distinct and not empty; "0", "1", ... by default.
+        track_id: N names that a tracker keeps from one snapshot to the next, distinct and not empty; None for
+            a detection without one. All without one by default.
 
     Raises:
-        SnapshotError: a value is out of its limits, a category or an id is empty, an id is repeated, or the
+        SnapshotError: a value is out of its limits, a category or a name is empty, a name is repeated, or the
             shapes do not agree.
     """
 
@@ -54,12 +58,15 @@ class Detections(Record):
     elevation: FloatArray = None  # type: ignore[assignment]  # filled in below
     confidence: FloatArray = None  # type: ignore[assignment]
     ids: tuple[str, ...] = None  # type: ignore[assignment]
+    track_id: tuple[str | None, ...] = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
         n = len(self.category)
         object.__setattr__(self, "category", tuple(self.category))
         ids = tuple(str(i) for i in range(n)) if self.ids is None else tuple(self.ids)
         object.__setattr__(self, "ids", ids)
+        tracks = (None,) * n if self.track_id is None else tuple(self.track_id)
+        object.__setattr__(self, "track_id", tracks)
         self._check_names()
         shapes = {"position": (n, 2), "yaw": (n,), "size": (n, 3), "elevation": (n,), "confidence": (n,)}
         defaults = {"elevation": 0.0, "confidence": 1.0}
@@ -71,7 +78,7 @@ class Detections(Record):
             if array.shape != shape:
                 raise SnapshotError(f"detections.{name}", f"must have shape {shape}", array.shape)
             object.__setattr__(self, name, array)
-            where = first_wrong(_LIMITS[name].allow(array))
+            where = first_wrong(_LIMITS[name].allow(array) | unknown(name, array))
             if where is not None:
                 field = f"detections[{where[0]}].{name}"
                 raise SnapshotError(field, _LIMITS[name].expected, array[where[0]].tolist())
@@ -83,6 +90,11 @@ class Detections(Record):
         n, ids = len(self.category), self.ids
         if len(set(ids)) != n or len(ids) != n or not all(map(is_text, ids)):
             raise SnapshotError("detections.id", f"must be {n} different names", list(ids))
+        tracks = [track for track in self.track_id if track is not None]
+        right = len(set(tracks)) == len(tracks) and all(map(is_text, tracks))
+        if not right or len(self.track_id) != n:
+            expected = f"must be {n} different names, None for a detection without one"
+            raise SnapshotError("detections.track_id", expected, list(self.track_id))
 
     def __len__(self) -> int:
         return len(self.category)
@@ -92,14 +104,24 @@ class Detections(Record):
 class Snapshot(Record):
     """One camera and its detections.
 
+    Args:
+        camera: where it was taken from.
+        detections: what was seen.
+        timestamp: when, in seconds from any moment; None where not known.
+
     Raises:
-        SnapshotError: the camera is a batch of cameras.
+        SnapshotError: the camera is a batch of cameras, or the time is not a finite number.
     """
 
     camera: Camera
     detections: Detections
+    timestamp: float | None = None
 
     def __post_init__(self) -> None:
+        if self.timestamp is not None:
+            object.__setattr__(self, "timestamp", float(self.timestamp))
+            if not TIME.allow(self.timestamp):
+                raise SnapshotError("timestamp", TIME.expected, self.timestamp)
         if self.camera.batch_shape:
             raise SnapshotError("camera", "must be a single camera", self.camera.batch_shape)
 
@@ -116,8 +138,8 @@ class SnapshotBatch(Record):
         categories: names that `category` indexes.
         category: (B, K) codes into `categories`, `UNKNOWN` where not known.
         position: (B, K, 2) metres.
-        yaw: (B, K) radians.
-        size: (B, K, 3) metres.
+        yaw: (B, K) radians; NaN where not known.
+        size: (B, K, 3) metres; NaN where not known.
         elevation: (B, K) metres.
         truth: (B, K) index of the label that each detection really is, `UNKNOWN` for a false one; None
             where it is not known.
@@ -163,7 +185,8 @@ class SnapshotBatch(Record):
         for name in ("position", "yaw", "size", "elevation"):
             values = getattr(self, name)
             beyond = padding if values.ndim == 2 else padding[..., None]
-            self._require(name, _LIMITS[name].allow(values) | beyond, _LIMITS[name].expected)
+            right = _LIMITS[name].allow(values) | unknown(name, values) | beyond
+            self._require(name, right, _LIMITS[name].expected)
 
     def _require(self, name: str, right: BoolArray, expected: str) -> None:
         where = first_wrong(right)

@@ -75,7 +75,8 @@ def grown(value, factor):
 @pytest.mark.parametrize(("make", "values"), CASES)
 def test_the_largest_value_is_taken_and_a_larger_one_is_refused(make, values):
     make(**values)
-    for factor in (1.0001, 1e14, 1e300, np.inf, np.nan):
+    unknown = make in (layout, detections, batch) and "yaw" in values  # NaN is a heading not known
+    for factor in (1.0001, 1e14, 1e300, np.inf, *(() if unknown else (np.nan,))):
         with pytest.raises(InputError, match=r"must .*, got "):
             make(**{name: grown(value, factor) for name, value in values.items()})
 

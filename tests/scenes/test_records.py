@@ -55,7 +55,7 @@ def test_no_field_can_be_replaced(record: Any):
 
 @pytest.mark.parametrize("record", WITH_ARRAYS, ids=lambda record: type(record).__name__)
 def test_what_holds_arrays_is_equal_to_itself_only_and_can_be_a_key(record: Any):
-    again = type(record)(*(getattr(record, field.name) for field in fields(record)))
+    again = type(record)(**{field.name: getattr(record, field.name) for field in fields(record)})
     assert record != again
     assert len({record, again}) == 2
 

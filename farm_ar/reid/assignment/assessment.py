@@ -23,8 +23,8 @@ class Seen(NamedTuple):
         number: (B,) detections in each snapshot: the first so many of `order`.
         camera: (B or 1, 2) metres; for pruning only.
         position: (B, K, 2) metres.
-        yaw: (B, K) radians.
-        sides: (B or 1, K, 3) sorted logarithms of the sides.
+        yaw: (B, K) radians; NaN where not known.
+        sides: (B or 1, K, 3) sorted logarithms of the sides; NaN where not known.
         category: (B or 1, K) codes, `UNKNOWN` where not known.
         order: (B or 1, K) the order in which the detections are given labels, which settles ties.
     """
@@ -43,10 +43,10 @@ class Known(NamedTuple):
 
     Args:
         position: (B or 1, M, 2) metres.
-        yaw: (B or 1, M) radians.
+        yaw: (B or 1, M) radians; NaN where not known.
         category: (M,) codes, from 0.
         kind: (M,) index into `sides`.
-        sides: (U, 3) sorted logarithms of the sides.
+        sides: (U, 3) sorted logarithms of the sides; NaN where not known.
         site: (M,) the site of each label.
         sites: (S, 2) centres, metres; (0, 2) for no pruning.
         order: (B or 1, M) the order in which the labels are tried, which settles ties.
@@ -196,6 +196,8 @@ def pose_cost(
     """Cost of taking a label at a position (2,) and yaw to a pose, sizes apart (Eqs. 4, 5 and 7)."""
     dx, dz = x - position[0], z - position[1]
     turn = abs(np.sin((yaw - label_yaw) / 2))
+    if np.isnan(turn):  # a heading that is not known
+        turn = 0.0
     return float(translation_weight * np.sqrt(dx * dx + dz * dz) + rotation_weight * turn)
 
 
@@ -236,11 +238,15 @@ def fill_costs(
                     + abs(sides[i, 1] - known.sides[u, 1])
                     + abs(sides[i, 2] - known.sides[u, 2])
                 )
+                if np.isnan(dimension[u]):  # a size that is not known
+                    dimension[u] = 1.0
         gate = rule.gate and codes[i] != UNKNOWN
         for k in range(len(columns)):
             j = columns[k]
             dx, dz = x - place[j, 0], z - place[j, 1]
             turn = abs(sine * half_turn[1, j] - cosine * half_turn[0, j])
+            if np.isnan(turn):
+                turn = 0.0
             moved = rule.translation_weight * np.sqrt(dx * dx + dz * dz) + rule.rotation_weight * turn
             cost[row, k] = dimension[known.kind[j]] * moved
             if gate and known.category[j] != codes[i]:

@@ -96,7 +96,9 @@ def associate(seen: Seen, area: float) -> Association:
 
 
 def mean_yaw(yaw: FloatArray) -> float:
-    """The mean of headings close together, radians."""
+    """The mean of headings close together, radians, of those that are known; NaN where none is."""
+    known = yaw[~np.isnan(yaw)]
+    yaw = known if len(known) else yaw[:1]
     return float(wrap(yaw[0] + wrap(yaw - yaw[0]).mean()))
 
 
@@ -137,11 +139,15 @@ def gain(
     dx, dz = place[a, 0] - place[b, 0], place[a, 1] - place[b, 1]
     angle = turn[a] - turn[b]
     angle -= 2 * math.pi * np.round(angle / (2 * math.pi))
-    squares = (dx * dx + dz * dz) / noise.position_sd**2 + angle * angle / noise.yaw_sd**2
-    for k in range(3):
-        squares += (side[a, k] - side[b, k]) ** 2 / noise.side_sd**2
+    squares = (dx * dx + dz * dz) / noise.position_sd**2
     volume = math.log(noise.area * weight / (2 * math.pi * noise.position_sd**2))
-    volume += 0.5 * math.log(2 * math.pi * weight / noise.yaw_sd**2)
+    if not math.isnan(angle):
+        squares += angle * angle / noise.yaw_sd**2
+        volume += 0.5 * math.log(2 * math.pi * weight / noise.yaw_sd**2)
+    for k in range(3):
+        gap = side[a, k] - side[b, k]
+        if not math.isnan(gap):
+            squares += gap * gap / noise.side_sd**2
     return float(volume - 0.5 * weight * squares)
 
 
@@ -177,9 +183,15 @@ def join(seen: Seen, noise: Noise, object_of: IntArray) -> float:
         a, b = best_a, best_b
         share = number[a] / (number[a] + number[b])
         place[b] += share * (place[a] - place[b])
-        side[b] += share * (side[a] - side[b])
+        if math.isnan(side[b, 0]):
+            side[b] = side[a]
+        elif not math.isnan(side[a, 0]):
+            side[b] += share * (side[a] - side[b])
         angle = turn[a] - turn[b]
-        turn[b] += share * (angle - 2 * math.pi * np.round(angle / (2 * math.pi)))
+        if math.isnan(turn[b]):
+            turn[b] = turn[a]
+        elif not math.isnan(angle):
+            turn[b] += share * (angle - 2 * math.pi * np.round(angle / (2 * math.pi)))
         number[b] += number[a]
         kind[b] = max(kind[a], kind[b])
         object_of[object_of == a] = b

@@ -171,11 +171,18 @@ def _fused(snapshots: Sequence[Snapshot], object_of: IntArray) -> tuple[Detectio
         category=tuple(names[0] if names else None for names in known),
         position=np.array([every["position"][group].mean(axis=0) for group in groups]),
         yaw=np.array([mean_yaw(every["yaw"][group]) for group in groups]),
-        size=np.array([np.exp(np.log(every["size"][group]).mean(axis=0)) for group in groups]),
+        size=np.array([_mean_size(every["size"][group]) for group in groups]),
         elevation=np.array([every["elevation"][group].mean() for group in groups]),
         confidence=np.array([every["confidence"][group].max() for group in groups]),
     )
     return objects, number
+
+
+def _mean_size(size: FloatArray) -> FloatArray:
+    """(3,) geometric mean of the sizes (K, 3) that are known; NaN where none is."""
+    known = size[~np.isnan(size).any(axis=-1)]
+    mean: FloatArray = np.exp(np.log(known if len(known) else size).mean(axis=0))
+    return mean
 
 
 def _share(answer: Identification, index: IntArray) -> Identification:

@@ -40,9 +40,11 @@ def axis_density(x: float, mean: float, side: float, motion_sd: float, detection
 def hidden(found: Found, b: int, ex: float, ez: float, x: float, z: float) -> bool:
     """Whether the line from the eye to a place passes over the footprint of a detection.
 
-    What the eye or the place itself is within hides nothing.
+    What the eye or the place itself is within hides nothing, nor does what has no known heading or size.
     """
     for i in range(found.number[b]):
+        if math.isnan(found.yaw[b, i] + found.half[b, i, 0]):
+            continue
         sine, cosine = math.sin(found.yaw[b, i]), math.cos(found.yaw[b, i])
         near, far = 0.0, 1.0
         eye_within, place_within = True, True
@@ -110,13 +112,17 @@ def view_probability(
 def likeness(
     labels: Labels, detecting: Detecting, category: int, sides: FloatArray, result: FloatArray
 ) -> None:
-    """Fill (M,): how likely a detection's category and size are for each label's object."""
+    """Fill (M,): how likely a detection's category and size are for each label's object.
+
+    A size that is not known on either side is as likely as that of the right object is on average.
+    """
     for j in range(len(result)):
         total = 0.0
         for k in range(3):
             total += (sides[k] - labels.sides[j, k]) ** 2
         like = detecting.category[category, labels.category[j]]
-        result[j] = like * math.exp(-0.5 * total / detecting.log_side_sd**2)
+        squares = 3.0 if math.isnan(total) else total / detecting.log_side_sd**2
+        result[j] = like * math.exp(-0.5 * squares)
 
 
 @_compile
@@ -148,11 +154,11 @@ def heading_density(labels: Labels, models: Models, yaw: FloatArray, result: Flo
     for i in range(len(yaw)):
         for j in range(len(labels.yaw)):
             period = labels.period[j]
-            if period == 0.0:
+            turn = yaw[i] - labels.yaw[j]
+            if period == 0.0 or math.isnan(turn):
                 for b in range(scales):
                     result[b, i, j] = 1.0 / (2 * math.pi)
                 continue
-            turn = yaw[i] - labels.yaw[j]
             turn = abs(turn - period * round(turn / period))
             place = turn / (period / 2) * (size - 1)
             if not 0.0 <= place <= size - 1:  # no angle that rounding cannot bring within half a period

@@ -84,7 +84,7 @@ class LikelihoodReid(Reidentifier):
             period=read_only(periods, np.float64),
             table=read_only(kind.reshape(-1), np.int64),
             fixed=layout.fixed,
-            room=read_only(scene.size if self.options.walls else (np.inf, np.inf), np.float64),
+            room=read_only((self.options.walls and scene.room) or (np.inf, np.inf), np.float64),
         )
         self._models, self._motions = model_arrays(scene, self.options, kinds)
         self._detecting = Detecting(
@@ -190,13 +190,13 @@ class LikelihoodReid(Reidentifier):
         """
         seen, layout, options = snapshot.detections, self.scene.layout, self.options
         best = int(self.posterior(snapshot).probability.argmax())
-        room = self.scene.size if options.walls else None
+        room = self.scene.room if options.walls else None
         pose = (seen.position, seen.yaw, layout.position, layout.yaw)
         place, both = (
             motion_log_density(*pose, self._motions[best], options.detection, room, period)
             for period in (0.0, self._labels.period)
         )
-        gaps = sorted_log_sides(seen.size)[:, None] - self._labels.sides
+        squares = ((sorted_log_sides(seen.size)[:, None] - self._labels.sides) ** 2).sum(axis=-1)
         codes = codes_of(seen.category, self._declared)
         likely = self._detecting.category[codes][:, layout.category_code]
         inside = np.empty((len(self._models.translation_sd), len(layout)))
@@ -212,7 +212,7 @@ class LikelihoodReid(Reidentifier):
         return {
             "distance": -(place + full_turn),
             "turn": place + full_turn - both,
-            "size": 0.5 * (gaps**2).sum(axis=-1) / options.size_sd**2,
+            "size": np.where(np.isnan(squares), 1.5, 0.5 * squares / options.size_sd**2),
             "category": -np.log(np.maximum(likely, 1e-300)),
             "its place is empty": np.broadcast_to(np.log(unseen), place.shape),
         }

@@ -108,7 +108,7 @@ def heading_log_density(turn: FloatArray, period: FloatArray | float, sd: float)
     """Log density of a detected heading: wrapped Gaussian, the same after each period of a symmetric object.
 
     Args:
-        turn: (...) detected less known heading, radians.
+        turn: (...) detected less known heading, radians; NaN where one of them is not known.
         period: (...) of the object's symmetry, radians: 2 pi for none, 0 where no turn can be seen.
         sd: of motion and detection together, radians, positive.
 
@@ -119,7 +119,7 @@ def heading_log_density(turn: FloatArray, period: FloatArray | float, sd: float)
     turn, period = np.broadcast_arrays(
         np.asarray(turn, dtype=np.float64), np.asarray(period, dtype=np.float64)
     )
-    seen = period > 0
+    seen = (period > 0) & ~np.isnan(turn)
     length = np.where(seen, period, full)
     offset = turn - length * np.round(turn / length)
     # Two forms of one sum: over periods where narrow, over harmonics (Poisson summation) where wide.

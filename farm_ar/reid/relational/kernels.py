@@ -286,7 +286,9 @@ def add_pairs(
                 precision += part / (spread * spread + known.detecting.position_sd**2)
                 sharpness += part * known.sharpness[0 if labels.fixed[j] else b]
             own = yaw - labels.yaw[j]
-            if labels.period[j] > 0.0:
+            if math.isnan(own):
+                own, sharpness = 0.0, 0.0
+            elif labels.period[j] > 0.0:
                 own -= labels.period[j] * np.round((own - turn) / labels.period[j])
             else:
                 sharpness = 0.0
@@ -476,8 +478,9 @@ def score_motion(
             if squares > 50.0 or sight.like[i, j] == 0.0:
                 continue
             heading = 1 / (2 * math.pi)
-            if group.labels.period[g] > 0.0:
-                turn = (sight.found.yaw[0, i] - group.labels.yaw[g]) / group.labels.period[g]
+            turn = sight.found.yaw[0, i] - group.labels.yaw[g]
+            if group.labels.period[g] > 0.0 and not math.isnan(turn):
+                turn /= group.labels.period[g]
                 half_turns = 2 * abs(turn - np.round(turn))
                 place = int(half_turns * last + 0.5) if half_turns <= 1.0 else last
                 heading = models.heading[search.rotation_scale, group.labels.table[g], place]
@@ -523,10 +526,10 @@ def find_motions(
                 second = group.label[g]
                 if other == i or g == 0:
                     # The first pair alone, once: its own turn.
-                    if other != i or g != 0 or labels.period[first] == 0.0:
-                        continue
                     period = labels.period[first]
                     turn = yaw[i] - labels.yaw[first]
+                    if other != i or g != 0 or period == 0.0 or math.isnan(turn):
+                        continue
                 else:
                     sx = labels.position[second, 0] - group.pivot[0]
                     sz = labels.position[second, 1] - group.pivot[1]
