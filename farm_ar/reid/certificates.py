@@ -98,8 +98,8 @@ def certificate(
     if not given or min(given) < 0:
         return None
     if np.isnan(detections.yaw).all():
-        rotation_weight = 0.0
-    elif rotation_weight > 0 and np.isnan([*detections.yaw, *layout.yaw]).any():
+        metric = metric._replace(rotation_weight=0.0)
+    elif metric.rotation_weight > 0 and np.isnan([*detections.yaw, *layout.yaw]).any():
         return None  # where some headings are known and others not, D is no metric
     known, seen = (layout.position, layout.yaw), (detections.position, detections.yaw)
     moved = metric.between(seen, known)

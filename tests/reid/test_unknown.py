@@ -7,9 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farm_ar.reid import REIDENTIFIERS, SpatialReid, explain
+from farm_ar.reid import REIDENTIFIERS, SpatialReid, explain, track
 from farm_ar.reid.costs import dimension_cost, rotation_cost
-from farm_ar.reid.tracking import track
 from farm_ar.scenes import Camera, Detections, Layout, Scene, Snapshot, SnapshotBatch
 
 METHODS = ["spatial", "distance", "nearest", "likelihood", "relational"]
