@@ -1,0 +1,150 @@
+"""Compiled densities of `AdaptiveReid`: of shifts, turns and courses, and of what is in view."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from farm_ar.arrays import FloatArray
+from farm_ar.kernels import compiled
+from farm_ar.reid.adaptive.records import (
+    EXPONENTIAL,
+    GAUSSIAN,
+    STUDENT,
+    Concentrations,
+    Pairs,
+    Profiles,
+)
+
+FREEDOM = 2.0
+"""Degrees of freedom of Student's distribution."""
+
+STANDING = 0.04
+"""Length, in spacings, of the shifts of what never moves."""
+
+_compile = compiled(error_model="numpy")
+
+
+@_compile
+def shift_density(kind: int, length: float, width: float, distance: float) -> float:
+    """Density in the plane of a shift by a distance, in any direction."""
+    if kind == GAUSSIAN:
+        return math.exp(-0.5 * (distance / length) ** 2) / (2 * math.pi * length**2)
+    if kind == EXPONENTIAL:
+        return math.exp(-distance / length) / (2 * math.pi * length**2)
+    if kind == STUDENT:
+        bulk = 1.0 + (distance / length) ** 2 / FREEDOM
+        return bulk ** (-(FREEDOM + 2) / 2) / (2 * math.pi * length**2)
+    # A ring whose radius is log-normal; within a tenth of it the density no longer changes.
+    far = max(distance, 0.1 * length)
+    log_radius = math.log(far / length) / width
+    return math.exp(-0.5 * log_radius**2) / (width * math.sqrt(2 * math.pi) * far * 2 * math.pi * far)
+
+
+@_compile
+def tabulate(
+    pairs: Pairs,
+    profiles: Profiles,
+    angles: Concentrations,
+    shift: FloatArray,
+    turn: FloatArray,
+    course: FloatArray,
+) -> None:
+    """Fill in the densities of all pairs.
+
+    Args:
+        pairs: the pairs.
+        profiles: of the shifts.
+        angles: of turns and courses.
+        shift: (R, P) filled with densities in the plane.
+        turn: (T, P) filled with densities of a turn, 1 / radian.
+        course: (C, P) filled with how much likelier a course is than any.
+    """
+    count = len(pairs.label)
+    for r in range(len(shift)):
+        kind, length, width = profiles.kind[r], profiles.length[r], profiles.width[r]
+        for p in range(count):
+            if pairs.stays[p]:
+                shift[r, p] = shift_density(GAUSSIAN, STANDING, 0.0, pairs.distance[p])
+            else:
+                shift[r, p] = shift_density(kind, length, width, pairs.distance[p])
+    any_turn = 1.0 / (2 * math.pi)
+    for t in range(len(turn)):
+        for p in range(count):
+            turn[t, p] = any_turn
+            if pairs.turned[p]:
+                which = 0 if pairs.stays[p] else t
+                peak = angles.turn_peak[which] * math.exp(angles.turn[which] * (pairs.turn[p] - 1.0))
+                turn[t, p] = angles.outliers * any_turn + (1.0 - angles.outliers) * peak
+    for c in range(len(course)):
+        for p in range(count):
+            course[c, p] = 1.0
+            if pairs.course_known[p] > 0.0 and not pairs.stays[p]:
+                # A course from one heading alone is known half as well.
+                less = pairs.course_known[p] ** 2
+                peak = angles.course_peak[c] * math.sqrt(less)
+                peak *= math.exp(angles.course[c] * less * (pairs.course[p] - 1.0))
+                course[c, p] = angles.astray + (1.0 - angles.astray) * peak * 2 * math.pi
+
+
+@_compile
+def view_probability(
+    place: FloatArray,
+    rise: FloatArray,
+    scale: FloatArray,
+    offset: FloatArray,
+    limits: FloatArray,
+    vertical: bool,
+    result: FloatArray,
+) -> None:
+    """Fill (A, M): how probable it is that each label's object, having moved on each scale, is in view.
+
+    Edges are soft, by a part of the scale, so that nothing hangs on the last digit.
+
+    Args:
+        place: (M, 2) of the labels seen from the camera: to the right of it, and ahead.
+        rise: (M,) of the labels above the eye, along the line of sight's plane.
+        scale: (A,) how far things move.
+        offset: (K, 2) equally probable points that stand for the standard normal distribution.
+        limits: (6,) angles seen to the left, right, up and down, range, pitch; radians.
+        vertical: whether up and down count.
+        result: filled.
+    """
+    left, right, up, down, reach, pitch = limits
+    for a in range(len(scale)):
+        soft = 0.35 * scale[a]
+        for j in range(len(place)):
+            total = 0.0
+            for k in range(len(offset)):
+                x = place[j, 0] + scale[a] * offset[k, 0]
+                z = place[j, 1] + scale[a] * offset[k, 1]
+                away = math.hypot(x, z)
+                edge = reach - away
+                limit = right if x >= 0.0 else left
+                if limit < math.pi - 1e-9:
+                    edge = min(edge, away * (limit - abs(math.atan2(x, z))))
+                if vertical:
+                    angle = math.atan2(rise[j], away) - pitch
+                    edge = min(edge, away * min(up - angle, angle + down))
+                total += min(max(0.5 + 0.5 * edge / soft, 0.0), 1.0)
+            result[a, j] = total / len(offset)
+
+
+@_compile
+def blend(pairs: Pairs, profile: FloatArray, turn: FloatArray, course: FloatArray, use_course: bool, far: float, weight: FloatArray) -> None:
+    """Fill (P,) densities of pairs under a motion: of those that move by it, and of those that go anywhere."""
+    any_turn = far / (2 * math.pi)
+    near = 1.0 - far
+    if use_course:
+        for p in range(len(weight)):
+            weight[p] = near * profile[p] * turn[p] * course[p] + any_turn * pairs.far[p]
+    else:
+        for p in range(len(weight)):
+            weight[p] = near * profile[p] * turn[p] + any_turn * pairs.far[p]
+    for p in range(len(weight)):
+        if pairs.stays[p]:
+            weight[p] = profile[p] * turn[p]
+
+
+_ = np  # kernels' arrays

@@ -1,0 +1,175 @@
+"""The hypotheses of `AdaptiveReid` about how untidy a place is, as arrays for its kernels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from scipy.special import i0e, i1e
+
+from farm_ar.arrays import FloatArray, read_only
+from farm_ar.reid.adaptive.options import AdaptiveOptions
+from farm_ar.reid.adaptive.records import (
+    EXPONENTIAL,
+    GAUSSIAN,
+    RING,
+    STUDENT,
+    Concentrations,
+    Motions,
+    Profiles,
+)
+
+LEAST = 0.01
+"""The finest scale of motion, in spacings."""
+
+RATIO = 1.6
+"""Of one scale of motion to the next finer one."""
+
+MOST_SCALES = 48
+
+
+@dataclass(frozen=True)
+class Family:
+    """A way in which things move.
+
+    Args:
+        name: of the family.
+        prior: its share.
+        kind: the profile of its shifts.
+        width: SD of the logarithm of the distance, for a ring.
+        far: share of the objects that go anywhere.
+        courses: for motion along the heading, how much farther courses stray than turns of the heading explain.
+        least: index of the finest scale.
+    """
+
+    name: str
+    prior: float
+    kind: int
+    far: float
+    width: float = 0.0
+    course: float = 0.0
+    least: int = 0
+
+
+FAMILIES = (
+    Family("gaussian", 0.22, GAUSSIAN, 0.01),
+    Family("exponential", 0.12, EXPONENTIAL, 0.01),
+    Family("student", 0.08, STUDENT, 0.01),
+    Family("stay or move", 0.12, GAUSSIAN, 0.12),
+    Family("stay or move, many", 0.08, GAUSSIAN, 0.35),
+    Family("forward", 0.12, RING, 0.01, 0.25, 1.0, 4),
+    Family("forward, swerving", 0.08, RING, 0.01, 0.25, 3.0, 4),
+    Family("forward, speeds differ", 0.10, RING, 0.01, 0.7, 1.0, 4),
+    Family("forward, speeds differ, swerving", 0.08, RING, 0.01, 0.7, 3.0, 4),
+)
+"""The families that are averaged."""
+
+
+def concentration(sd: float) -> float:
+    """Of the von Mises distribution whose mean resultant is that of a wrapped Gaussian of that SD, radians."""
+    if not sd < 6:
+        return 0.0
+    wanted = np.exp(-0.5 * sd * sd)
+    low, high = 1e-9, 1e6
+    for _ in range(80):
+        middle = np.sqrt(low * high)
+        if i1e(middle) / i0e(middle) < wanted:
+            low = middle
+        else:
+            high = middle
+    return float(np.sqrt(low * high))
+
+
+def peak(kappa: FloatArray) -> FloatArray:
+    """Density of the von Mises distribution at its mean, 1 / radian."""
+    result: FloatArray = 1.0 / (2 * np.pi * i0e(kappa))
+    return result
+
+
+@dataclass(frozen=True, eq=False)
+class Hypotheses:
+    """All motions over so many scales.
+
+    Args:
+        profiles: of the shifts.
+        angles: of turns and courses.
+        motions: with the prior of the families, headings and scales, before the scene's extent counts.
+        scale: (A,) in spacings.
+        family: (H,) index of the family of each motion.
+    """
+
+    profiles: Profiles
+    angles: Concentrations
+    motions: Motions
+    scale: FloatArray
+    family: tuple[int, ...]
+
+
+@lru_cache(maxsize=64)
+def hypotheses(options: AdaptiveOptions, scales: int) -> Hypotheses:
+    """The motions over so many scales, from the finest on."""
+    scale = LEAST * RATIO ** np.arange(scales)
+    turns = np.array([*options.turn_sds, np.inf])
+    kappa = np.array([concentration(sd) for sd in turns])
+    profiles: list[tuple[int, float, float]] = []
+    courses: list[float] = []
+    rows: list[tuple[int, int, int, float, int, float, int]] = []
+    for f, family in enumerate(FAMILIES):
+        forward = family.kind == RING
+        headings = range(len(turns) - 1) if forward else range(len(turns))
+        levels = range(min(family.least, scales - 1), scales)
+        places = {}
+        for a in levels:
+            place = (family.kind, float(scale[a]), family.width)
+            if place not in profiles:
+                profiles.append(place)
+            places[a] = profiles.index(place)
+        for t in headings:
+            course = -1
+            if forward:
+                sd = float(np.hypot(family.course * 0.35 * turns[t], options.course_sd))
+                courses.append(concentration(sd))
+                course = len(courses) - 1
+            chance = options.turn_shares[t]
+            for a in levels:
+                prior = family.prior * chance * _scale_prior(scale[a], options)
+                rows.append((places[a], t, course, family.far, a, prior, f))
+    columns = list(zip(*rows, strict=True))
+    course_kappa = np.array(courses)
+    return Hypotheses(
+        Profiles(
+            read_only([p[0] for p in profiles], np.int64),
+            read_only([p[1] for p in profiles], np.float64),
+            read_only([p[2] for p in profiles], np.float64),
+        ),
+        Concentrations(
+            read_only(kappa, np.float64),
+            read_only(peak(kappa), np.float64),
+            read_only(course_kappa, np.float64),
+            read_only(peak(course_kappa), np.float64),
+            options.outliers,
+            options.astray,
+        ),
+        Motions(
+            read_only(columns[0], np.int64),
+            read_only(columns[1], np.int64),
+            read_only(columns[2], np.int64),
+            read_only(columns[3], np.float64),
+            read_only(columns[4], np.int64),
+            read_only(np.log(columns[5]), np.float64),
+        ),
+        read_only(scale, np.float64),
+        tuple(columns[6]),
+    )
+
+
+def _scale_prior(scale: float, options: AdaptiveOptions) -> float:
+    """Even by ratio, and more about where labels are neither obvious nor hopeless."""
+    usual = -0.5 * (np.log(scale / options.usual_scale) / options.usual_width) ** 2
+    return float(options.usual_weight * np.exp(usual) + 1.0)
+
+
+def scales_for(extent: float) -> int:
+    """How many scales reach from the finest to beyond an extent, in spacings."""
+    return int(np.clip(np.ceil(np.log(3 * extent / LEAST) / np.log(RATIO)) + 1, 8, MOST_SCALES))

@@ -1,0 +1,68 @@
+"""What `AdaptiveReid` assumes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from farm_ar.errors import OptionError
+from farm_ar.reid.marginals import MOST_EXACT
+
+Rate = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class AdaptiveOptions:
+    """What is assumed of how things move and how they are seen; no length is.
+
+    Args:
+        confusion: probability that a known category is wrong; 0 keeps every known category.
+        min_confidence: a label less probable than this is not given.
+        most_exact: detections of one component up to which probabilities are exact.
+        turn_sds: SDs of turns that are tried, radians, besides headings that tell nothing.
+        turn_shares: prior share of each of these, the last of headings that tell nothing.
+        course_sd: least SD of a course about the mean heading, radians.
+        outliers: share of turns of any size, whatever the SD.
+        astray: share of courses in any direction.
+        rates: prior share, rate of what is in view being missed or gone, and of detections without a label as
+            a share of all.
+        size_shares: prior share of each reliability of sizes, `reliabilities`.
+        reliabilities: correlation of what is known and seen of a size, among look-alikes.
+        usual_scale: scale of motion, in spacings, about which the prior is raised.
+        usual_width: SD of its logarithm.
+        usual_weight: by how much.
+
+    Raises:
+        OptionError: a value is out of its limits.
+    """
+
+    confusion: float = 0.0
+    min_confidence: float = 0.0
+    most_exact: int = MOST_EXACT
+    turn_sds: tuple[float, ...] = tuple(float(np.deg2rad(sd)) for sd in (4.0, 12.0, 28.0, 60.0, 100.0))
+    turn_shares: tuple[float, ...] = (0.15, 0.18, 0.18, 0.16, 0.13, 0.2)
+    course_sd: float = float(np.deg2rad(8.0))
+    outliers: float = 0.02
+    astray: float = 0.05
+    rates: tuple[Rate, ...] = (
+        (0.80, 0.004, 0.001),
+        (0.08, 0.05, 0.02),
+        (0.05, 0.2, 0.01),
+        (0.02, 0.02, 0.12),
+        (0.035, 0.15, 0.15),
+        (0.015, 0.35, 0.35),
+    )
+    size_shares: tuple[float, ...] = (0.3, 0.15, 0.2, 0.2, 0.15)
+    reliabilities: tuple[float, ...] = (0.0, 0.6, 0.9, 0.99, 0.9999)
+    usual_scale: float = 0.5
+    usual_width: float = 1.0
+    usual_weight: float = 2.0
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.confusion < 1:
+            raise OptionError("confusion", "must be from 0 to below 1", self.confusion)
+        if not 0 <= self.min_confidence <= 1:
+            raise OptionError("min_confidence", "must be from 0 to 1", self.min_confidence)
+        if not 0 <= self.most_exact <= 20:
+            raise OptionError("most_exact", "must be from 0 to 20", self.most_exact)

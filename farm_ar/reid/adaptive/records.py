@@ -1,0 +1,136 @@
+"""The arrays that the compiled kernels of `AdaptiveReid` take and fill; lengths are in units of the spacing."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from farm_ar.arrays import BoolArray, FloatArray, IntArray
+
+GAUSSIAN, EXPONENTIAL, STUDENT, RING = 0, 1, 2, 3
+"""Profiles of how far things move: the last is that of things that all go about as far."""
+
+
+class Profiles(NamedTuple):
+    """The R profiles of shifts that are tried.
+
+    Args:
+        kind: (R,) `GAUSSIAN`, `EXPONENTIAL`, `STUDENT` or `RING`.
+        length: (R,) their scale; for a ring its radius.
+        width: (R,) SD of the logarithm of a ring's radius.
+    """
+
+    kind: IntArray
+    length: FloatArray
+    width: FloatArray
+
+
+class Motions(NamedTuple):
+    """The H motions that are tried: a profile, how exactly headings are kept, and how many move anywhere.
+
+    Args:
+        profile: (H,) indices.
+        heading: (H,) indices of the concentrations of turns.
+        course: (H,) indices of the concentrations of courses about the heading; -1 for any course.
+        far: (H,) share of the objects that go anywhere, turned anyhow.
+        scale: (H,) index of the scale, for what is in view.
+        log_prior: (H,) natural logarithms.
+    """
+
+    profile: IntArray
+    heading: IntArray
+    course: IntArray
+    far: FloatArray
+    scale: IntArray
+    log_prior: FloatArray
+
+
+class Concentrations(NamedTuple):
+    """Von Mises distributions of angles: of turns and of courses, with a share of outliers each.
+
+    Args:
+        turn: (T,) concentrations, the last 0: headings tell nothing.
+        turn_peak: (T,) density at no turn.
+        course: (C,) concentrations.
+        course_peak: (C,) density at the heading.
+        outliers: share of turns that are of any size.
+        astray: share of courses of any direction.
+    """
+
+    turn: FloatArray
+    turn_peak: FloatArray
+    course: FloatArray
+    course_peak: FloatArray
+    outliers: float
+    astray: float
+
+
+class Pairs(NamedTuple):
+    """The P pairs of one of N detections and one of M labels that could be the same, detection by detection.
+
+    Args:
+        start: (N + 1,) where each detection's pairs begin.
+        label: (P,) indices.
+        distance: (P,) between the two places.
+        turn: (P,) cosine of the turn, in periods of the symmetry.
+        turned: (P,) whether that is known.
+        course: (P,) cosine of the angle from the mean of the two headings to the shift.
+        course_known: (P,) how well that is known: 1 with both headings, .5 with one, 0 with none.
+        vertical: (A, P) how much likelier the rise is, for each scale, than any; no rows where all is level.
+        size: (W, P) how much likelier the sizes are for each reliability of sizes than for any object.
+        like: (P,) weight of all else: category, hint.
+        stays: (P,) whether the label's object never moves.
+        far: (P,) density of a place for what has gone anywhere.
+    """
+
+    start: IntArray
+    label: IntArray
+    distance: FloatArray
+    turn: FloatArray
+    turned: BoolArray
+    course: FloatArray
+    course_known: FloatArray
+    vertical: FloatArray
+    size: FloatArray
+    like: FloatArray
+    stays: BoolArray
+    far: FloatArray
+
+
+class Seeing(NamedTuple):
+    """What is known of detecting.
+
+    Args:
+        in_view: (A, M) probability that each label's object is in view, for each scale of motion.
+        anywhere: (M,) the same if it has gone anywhere.
+        none: (N,) density of each detection if it has no label, for one such expected.
+        unseen: (Q,) rates at which what is in view is missed or gone.
+        new: (Q,) expected detections without a label.
+        log_rates: (Q,) natural logarithms of the priors of these rates.
+        log_sizes: (W,) the same of the reliabilities of sizes.
+    """
+
+    in_view: FloatArray
+    anywhere: FloatArray
+    none: FloatArray
+    unseen: FloatArray
+    new: FloatArray
+    log_rates: FloatArray
+    log_sizes: FloatArray
+
+
+class Sparse(NamedTuple):
+    """Weights of N detections for labels, those that are not negligible, detection by detection.
+
+    Args:
+        start: (N + 1,) where each detection's weights begin.
+        label: (P,) indices.
+        pair: (P,) which pair each is.
+        weight: (P,) relative to the detection's largest.
+        none: (N,) weight of no label.
+    """
+
+    start: IntArray
+    label: IntArray
+    pair: IntArray
+    weight: FloatArray
+    none: FloatArray
