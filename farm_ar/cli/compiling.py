@@ -101,6 +101,12 @@ def _relational(folder: Path) -> None:
     _identify(RelationalReid)
 
 
+def _adaptive(folder: Path) -> None:
+    from farm_ar.reid import AdaptiveReid
+
+    _identify(AdaptiveReid)
+
+
 def _identify(make_reid: Callable[[Scene], Reidentifier]) -> None:
     """Snapshots of all kinds, alone and several of a still scene, with all that there is to say of them."""
     import numpy as np
@@ -206,6 +212,7 @@ def _command(*arguments: object) -> None:
 
 STEPS: dict[str, Callable[[Path], None]] = {
     "relational": _relational,
+    "adaptive": _adaptive,
     "moves": _move,
     "attacks": _attacks,
     "likelihood": _likelihood,

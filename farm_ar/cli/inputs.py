@@ -171,7 +171,7 @@ def _is_csv(field: str, path: str | Path) -> bool:
     return suffix == ".csv"
 
 
-MOST_PAIRS = {"likelihood": 1_000_000, "relational": 40_000}
+MOST_PAIRS = {"likelihood": 1_000_000, "relational": 40_000, "adaptive": 200_000}
 """Labels times detections that a re-identifier is asked about; about a gigabyte."""
 
 

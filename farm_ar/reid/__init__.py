@@ -1,5 +1,6 @@
 """Re-identification: which detection is which label."""
 
+from farm_ar.reid.adaptive import AdaptiveOptions, AdaptiveReid, Disorder
 from farm_ar.reid.assignment import SOLVERS, UNASSIGNED, Assignment, k_best, solve_assignment
 from farm_ar.reid.base import (
     Assurance,
@@ -38,10 +39,13 @@ __all__ = [
     "SOLVERS",
     "TERMS",
     "UNASSIGNED",
+    "AdaptiveOptions",
+    "AdaptiveReid",
     "Assignment",
     "Assurance",
     "Certificate",
     "DetectionNoise",
+    "Disorder",
     "DistanceReid",
     "Explanation",
     "Identification",

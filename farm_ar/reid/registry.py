@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from farm_ar.errors import OptionError
+from farm_ar.reid.adaptive import AdaptiveReid
 from farm_ar.reid.base import Reidentifier, as_reidentifier
 from farm_ar.reid.baselines import BASELINES
 from farm_ar.reid.likelihood.method import LikelihoodReid
@@ -26,6 +27,7 @@ REIDENTIFIERS: dict[str, ReidFactory] = {
     "spatial-ungated": partial(SpatialReid, options=SpatialOptions(gate_categories=False)),
     "likelihood": LikelihoodReid,
     "relational": RelationalReid,
+    "adaptive": AdaptiveReid,
     **BASELINES,
 }
 """Makes each re-identifier for a scene, with its default options."""

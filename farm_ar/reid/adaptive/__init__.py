@@ -1,3 +1,7 @@
+"""Identities where nothing is known of how untidy a place is: the method `adaptive`."""
+
+from farm_ar.reid.adaptive.disorder import Disorder
 from farm_ar.reid.adaptive.method import AdaptiveReid
 from farm_ar.reid.adaptive.options import AdaptiveOptions
-__all__ = ["AdaptiveOptions", "AdaptiveReid"]
+
+__all__ = ["AdaptiveOptions", "AdaptiveReid", "Disorder"]

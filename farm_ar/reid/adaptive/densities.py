@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from farm_ar.arrays import FloatArray
 from farm_ar.kernels import compiled
 from farm_ar.reid.adaptive.records import (
@@ -35,7 +33,7 @@ def shift_density(kind: int, length: float, width: float, distance: float) -> fl
         return math.exp(-distance / length) / (2 * math.pi * length**2)
     if kind == STUDENT:
         bulk = 1.0 + (distance / length) ** 2 / FREEDOM
-        return bulk ** (-(FREEDOM + 2) / 2) / (2 * math.pi * length**2)
+        return float(bulk ** (-(FREEDOM + 2) / 2)) / (2 * math.pi * length**2)
     # A ring whose radius is log-normal; within a tenth of it the density no longer changes.
     far = max(distance, 0.1 * length)
     log_radius = math.log(far / length) / width
@@ -132,8 +130,16 @@ def view_probability(
 
 
 @_compile
-def blend(pairs: Pairs, profile: FloatArray, turn: FloatArray, course: FloatArray, use_course: bool, far: float, weight: FloatArray) -> None:
-    """Fill (P,) densities of pairs under a motion: of those that move by it, and of those that go anywhere."""
+def blend(
+    pairs: Pairs,
+    profile: FloatArray,
+    turn: FloatArray,
+    course: FloatArray,
+    use_course: bool,
+    far: float,
+    weight: FloatArray,
+) -> None:
+    """Fill (P,) densities of pairs under a motion: of what moves by it, and of what goes anywhere."""
     any_turn = far / (2 * math.pi)
     near = 1.0 - far
     if use_course:
@@ -145,6 +151,3 @@ def blend(pairs: Pairs, profile: FloatArray, turn: FloatArray, course: FloatArra
     for p in range(len(weight)):
         if pairs.stays[p]:
             weight[p] = profile[p] * turn[p]
-
-
-_ = np  # kernels' arrays

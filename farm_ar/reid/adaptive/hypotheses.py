@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.special import i0e, i1e
 
-from farm_ar.arrays import FloatArray, read_only
+from farm_ar.arrays import FloatArray, IntArray, read_only
 from farm_ar.reid.adaptive.options import AdaptiveOptions
 from farm_ar.reid.adaptive.records import (
     EXPONENTIAL,
@@ -26,7 +26,8 @@ LEAST = 0.01
 RATIO = 1.6
 """Of one scale of motion to the next finer one."""
 
-MOST_SCALES = 48
+MOST_SCALES = 32
+"""Up to 20 000 spacings."""
 
 
 @dataclass(frozen=True)
@@ -37,9 +38,9 @@ class Family:
         name: of the family.
         prior: its share.
         kind: the profile of its shifts.
-        width: SD of the logarithm of the distance, for a ring.
         far: share of the objects that go anywhere.
-        courses: for motion along the heading, how much farther courses stray than turns of the heading explain.
+        width: SD of the logarithm of the distance, for a ring.
+        course: for motion along the heading, how much farther courses stray than turns explain.
         least: index of the finest scale.
     """
 
@@ -67,7 +68,7 @@ FAMILIES = (
 
 
 def concentration(sd: float) -> float:
-    """Of the von Mises distribution whose mean resultant is that of a wrapped Gaussian of that SD, radians."""
+    """Of the von Mises distribution with the mean resultant of a wrapped Gaussian of that SD, radians."""
     if not sd < 6:
         return 0.0
     wanted = np.exp(-0.5 * sd * sd)
@@ -103,13 +104,13 @@ class Hypotheses:
     angles: Concentrations
     motions: Motions
     scale: FloatArray
-    family: tuple[int, ...]
+    family: IntArray
 
 
 @lru_cache(maxsize=64)
 def hypotheses(options: AdaptiveOptions, scales: int) -> Hypotheses:
     """The motions over so many scales, from the finest on."""
-    scale = LEAST * RATIO ** np.arange(scales)
+    scale = scale_lengths(scales)
     turns = np.array([*options.turn_sds, np.inf])
     kappa = np.array([concentration(sd) for sd in turns])
     profiles: list[tuple[int, float, float]] = []
@@ -119,7 +120,7 @@ def hypotheses(options: AdaptiveOptions, scales: int) -> Hypotheses:
         forward = family.kind == RING
         headings = range(len(turns) - 1) if forward else range(len(turns))
         levels = range(min(family.least, scales - 1), scales)
-        places = {}
+        places: dict[int, int] = {}
         for a in levels:
             place = (family.kind, float(scale[a]), family.width)
             if place not in profiles:
@@ -133,8 +134,8 @@ def hypotheses(options: AdaptiveOptions, scales: int) -> Hypotheses:
                 course = len(courses) - 1
             chance = options.turn_shares[t]
             for a in levels:
-                prior = family.prior * chance * _scale_prior(scale[a], options)
-                rows.append((places[a], t, course, family.far, a, prior, f))
+                prior = family.prior * chance * _scale_prior(float(scale[a]), options)
+                rows.append((places[a], t, course, family.far, int(a), prior, f))
     columns = list(zip(*rows, strict=True))
     course_kappa = np.array(courses)
     return Hypotheses(
@@ -160,7 +161,7 @@ def hypotheses(options: AdaptiveOptions, scales: int) -> Hypotheses:
             read_only(np.log(columns[5]), np.float64),
         ),
         read_only(scale, np.float64),
-        tuple(columns[6]),
+        read_only(columns[6], np.int64),
     )
 
 
@@ -168,6 +169,12 @@ def _scale_prior(scale: float, options: AdaptiveOptions) -> float:
     """Even by ratio, and more about where labels are neither obvious nor hopeless."""
     usual = -0.5 * (np.log(scale / options.usual_scale) / options.usual_width) ** 2
     return float(options.usual_weight * np.exp(usual) + 1.0)
+
+
+def scale_lengths(scales: int) -> FloatArray:
+    """(A,) the finest scales, in spacings."""
+    result: FloatArray = LEAST * RATIO ** np.arange(scales, dtype=np.float64)
+    return result
 
 
 def scales_for(extent: float) -> int:

@@ -1,8 +1,8 @@
 """Compiled inference of `AdaptiveReid`: which hypotheses count, and the average over them.
 
-A hypothesis is a motion, a reliability of sizes and rates. There are thousands, of which few matter: all motions
-are screened with middling rates, by a bound first; what is left is tried with all reliabilities and rates; and
-the marginals are found of what is left of these.
+A hypothesis is a motion, a reliability of sizes and rates. There are thousands, of which few matter: all
+motions are screened with middling rates, by a bound first; what is left is tried with all reliabilities and
+rates; and the marginals are found of what is left of these.
 """
 
 from __future__ import annotations
@@ -153,7 +153,7 @@ def screen(
     some: Sparse,
     evidence: FloatArray,
 ) -> None:
-    """Fill (H,) log evidences of the motions with middling rates, minus infinity where a bound says enough."""
+    """Fill (H,) log evidences of the motions with middling rates; minus infinity where a bound is enough."""
     labels = len(seeing.anywhere)
     density, factor = np.empty(len(pairs.label)), np.empty(labels)
     to_row = np.empty(len(pairs.label))
@@ -172,8 +172,15 @@ def screen(
         for p in range(len(density)):
             density[p] *= mean_like[p]
         _, most = weigh(
-            pairs, seeing, density, motions.scale[h], motions.far[h],
-            seeing.unseen[middle], seeing.new[middle], some, factor,
+            pairs,
+            seeing,
+            density,
+            motions.scale[h],
+            motions.far[h],
+            seeing.unseen[middle],
+            seeing.new[middle],
+            some,
+            factor,
         )
         bound[h] = motions.log_prior[h] + most
     best = -np.inf
@@ -186,8 +193,15 @@ def screen(
         for p in range(len(density)):
             density[p] *= mean_like[p]
         total, _ = weigh(
-            pairs, seeing, density, motions.scale[h], motions.far[h],
-            seeing.unseen[middle], seeing.new[middle], some, factor,
+            pairs,
+            seeing,
+            density,
+            motions.scale[h],
+            motions.far[h],
+            seeing.unseen[middle],
+            seeing.new[middle],
+            some,
+            factor,
         )
         to_row[:] = 1.0
         evidence[h] = motions.log_prior[h] + total + propagate(some, labels, to_row, FEW_ROUNDS, 1e-3)
@@ -205,7 +219,7 @@ def refine(
     screened: FloatArray,
     some: Sparse,
 ) -> tuple[IntArray, FloatArray]:
-    """The hypotheses that may count, (K, 3) indices of motion, sizes and rates, and their (K,) log evidences."""
+    """(K, 3) hypotheses that may count, indices of motion, sizes and rates, and their (K,) log evidences."""
     labels, sizes, rates = len(seeing.anywhere), len(pairs.size), len(seeing.unseen)
     density, factor = np.empty(len(pairs.label)), np.empty(labels)
     weighed, to_row = np.empty(len(pairs.label)), np.empty(len(pairs.label))
@@ -225,8 +239,15 @@ def refine(
                 weighed[p] = density[p] * pairs.size[w, p] * pairs.like[p]
             for q in range(rates):
                 total, bound = weigh(
-                    pairs, seeing, weighed, motions.scale[h], motions.far[h],
-                    seeing.unseen[q], seeing.new[q], some, factor,
+                    pairs,
+                    seeing,
+                    weighed,
+                    motions.scale[h],
+                    motions.far[h],
+                    seeing.unseen[q],
+                    seeing.new[q],
+                    some,
+                    factor,
                 )
                 prior = motions.log_prior[h] + seeing.log_sizes[w] + seeing.log_rates[q]
                 if bound + prior < best - 7.0:
@@ -262,8 +283,8 @@ def infer(
         probability: (N, M + 1) filled with zeros; gets the probability of each label and of none.
 
     Returns:
-        The (K, 3) hypotheses that count, indices of motion, sizes and rates; the (K,) probability of each; and
-        whether the marginals under the most probable one are exact.
+        The (K, 3) hypotheses that count, indices of motion, sizes and rates; the (K,) probability of each;
+        and whether the marginals under the most probable one are exact.
     """
     n, labels, count = len(seeing.none), len(seeing.anywhere), len(pairs.label)
     shift = np.empty((len(profiles.kind), count))
@@ -302,8 +323,15 @@ def infer(
         for p in range(count):
             density[p] *= pairs.size[w, p] * pairs.like[p]
         total, _ = weigh(
-            pairs, seeing, density, motions.scale[h], motions.far[h],
-            seeing.unseen[q], seeing.new[q], some, factor,
+            pairs,
+            seeing,
+            density,
+            motions.scale[h],
+            motions.far[h],
+            seeing.unseen[q],
+            seeing.new[q],
+            some,
+            factor,
         )
         messages[k] = 1.0
         prior = motions.log_prior[h] + seeing.log_sizes[w] + seeing.log_rates[q]
@@ -318,8 +346,15 @@ def infer(
         for p in range(count):
             density[p] *= pairs.size[w, p] * pairs.like[p]
         weigh(
-            pairs, seeing, density, motions.scale[h], motions.far[h],
-            seeing.unseen[q], seeing.new[q], some, factor,
+            pairs,
+            seeing,
+            density,
+            motions.scale[h],
+            motions.far[h],
+            seeing.unseen[q],
+            seeing.new[q],
+            some,
+            factor,
         )
         whole = add_marginals(some, messages[k], share[k], most_exact, WORK * share[k], probability)
         if evidence[k] == best:

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray, read_only
-from farm_ar.errors import SceneError
+from farm_ar.errors import SceneError, SnapshotError
 from farm_ar.reid.adaptive.densities import view_probability
-from farm_ar.reid.adaptive.hypotheses import Hypotheses, hypotheses, scales_for
+from farm_ar.reid.adaptive.disorder import Disorder, sharpened
+from farm_ar.reid.adaptive.hypotheses import MOST_SCALES, Hypotheses, hypotheses, scales_for
 from farm_ar.reid.adaptive.inference import infer
+from farm_ar.reid.adaptive.learning import motion_evidence, rates_evidence
 from farm_ar.reid.adaptive.options import AdaptiveOptions
 from farm_ar.reid.adaptive.pairs import Problem, Surroundings, problem_of
-from farm_ar.reid.adaptive.records import Motions, Seeing
+from farm_ar.reid.adaptive.records import Seeing
 from farm_ar.reid.base import Assurance, Identification, Reidentifier
 from farm_ar.reid.categories import codes_of, declared_codes
 from farm_ar.reid.likelihood.kernels import decide
@@ -26,80 +30,197 @@ _SURE = 0.1
 """By how much at most a detector's being sure lessens the chance that a detection is false."""
 
 
+@dataclass(frozen=True, eq=False)
+class Posterior:
+    """What a snapshot says of the hypotheses.
+
+    Args:
+        problem: the pairs of detections and labels.
+        every: the motions.
+        which: (K, 3) the hypotheses that count: indices of motion, sizes and rates.
+        share: (K,) the probability of each.
+        exact: whether the marginals under the most probable one are exact.
+        probability: (N, M + 1) of each of the problem's labels, and of none.
+    """
+
+    problem: Problem
+    every: Hypotheses
+    which: IntArray
+    share: FloatArray
+    exact: bool
+    probability: FloatArray
+
+
 class AdaptiveReid(Reidentifier):
-    def __init__(self, scene: Scene, options: AdaptiveOptions | None = None) -> None:
+    """Identities where nothing is known of how untidy a place is, nor of its units, for one scene.
+
+    Hypotheses about how things moved (how, how far, with their headings or not), about what sizes tell, and
+    about how much is missed, gone or new are averaged over, weighted by how probable they make the snapshot.
+    Labels are then given so that as many as possible are right on average. No length is assumed: all are
+    measured in the distance of look-alikes.
+
+    Costs are expected errors: 1 less the probability of the label given.
+
+    Args:
+        scene: the reference layout.
+        options: what is assumed.
+        disorder: what has been learnt of how untidy the place is.
+
+    Raises:
+        SceneError: the scene has no labels, or the disorder was learnt under other options.
+    """
+
+    def __init__(
+        self, scene: Scene, options: AdaptiveOptions | None = None, disorder: Disorder | None = None
+    ) -> None:
         if not len(scene.layout):
             raise SceneError("objects", "must be at least one", len(scene.layout))
         self.scene = scene
         self.options = options or AdaptiveOptions()
+        self.disorder = (disorder or Disorder.unknown(self.options)).fitting(self.options)
         self._declared = declared_codes(scene.layout)
         self._known = Surroundings.of(scene.layout, scene.symmetry)
 
+    def __reduce__(self) -> tuple[type, tuple[Scene, AdaptiveOptions, Disorder]]:
+        # Unpickled arrays can be written to, for which the kernels would be compiled a second time.
+        return type(self), (self.scene, self.options, self.disorder)
+
     def identify(self, snapshot: Snapshot, hint: FloatArray | None = None) -> Identification:
+        """The label of each detection, with its probability, margin and runner-up.
+
+        Args:
+            snapshot: camera and detections.
+            hint: (N, M) log-odds of each label for each detection, known from elsewhere; minus infinity
+                rules it out.
+
+        Raises:
+            SnapshotError: a detection's category is not one of the scene's, or the hint has another shape.
+        """
         begin = time.perf_counter()
-        names, n = self.scene.layout.labels, len(snapshot.detections)
-        codes = np.array(codes_of(snapshot.detections.category, self._declared), dtype=np.int64).reshape(n)
-        probability = np.zeros((n, len(names) + 1))
-        exact = True
-        if n:
-            exact = self._marginals(snapshot, codes, hint, probability)[2]
+        seen, names = snapshot.detections, self.scene.layout.labels
+        if hint is not None and np.shape(hint) != (len(seen), len(names)):
+            raise SnapshotError("hint", f"must have shape {(len(seen), len(names))}", np.shape(hint))
+        probability, warnings = np.zeros((len(seen), len(names) + 1)), tuple[str, ...]()
+        if len(seen):
+            posterior = self._posterior(snapshot, hint)
+            probability[:, posterior.problem.labels] = posterior.probability[:, :-1]
+            probability[:, -1] = posterior.probability[:, -1]
+            warnings = _warnings(len(seen), posterior.exact)
         answer = _decided(probability, self.options.min_confidence)
         assurance = Assurance(
             margin=answer.margin[0],
             runner_up=tuple([None if j == UNKNOWN else names[j] for j in answer.runner_up[0].tolist()]),
             confidence=answer.confidence[0],
             probability=probability,
-            warnings=(),
+            warnings=warnings,
         )
         labels = tuple([None if j == UNKNOWN else names[j] for j in answer.label[0].tolist()])
         solve_time = time.perf_counter() - begin
         return Identification(labels, answer.cost[0], names, solve_time=solve_time, assurance=assurance)
 
-    def _marginals(
-        self, snapshot: Snapshot, codes: IntArray, hint: FloatArray | None, probability: FloatArray
-    ):
-        seen, options = snapshot.detections, self.options
-        problem = problem_of(self._known, seen, codes, hint, options)
-        every = hypotheses(options, scales_for(problem.extent))
-        if len(problem.pairs.vertical) == 0 and np.ptp(np.r_[self._known.height, seen.elevation / self._known.spacing]) > 1e-9:
-            problem = problem_of(self._known, seen, codes, hint, options, every.scale)
-        motions = every.motions
-        cut = -0.5 * (every.scale[motions.scale] / problem.extent) ** 2
-        log_prior = motions.log_prior + cut
-        log_prior -= np.log(np.exp(log_prior).sum())
-        motions = motions._replace(log_prior=log_prior)
+    def problem(self, snapshot: Snapshot) -> tuple[FloatArray, tuple[str | None, ...]]:
+        """(N, M + N) expected errors of each label and of each detection's being none; the columns' labels.
+
+        Raises:
+            SnapshotError: a detection's category is not one of the scene's.
+        """
+        probability = self.identify(snapshot).probability
+        assert probability is not None
+        n = len(probability)
+        none = np.where(np.eye(n, dtype=bool), 1 - probability[:, -1], np.inf)
+        return np.hstack([1 - probability[:, :-1], none]), (*self.scene.layout.labels, *[None] * n)
+
+    def learn(self, snapshot: Snapshot, labels: Sequence[str | None]) -> Disorder:
+        """What is known of the disorder after one more snapshot whose labels were confirmed.
+
+        Args:
+            snapshot: camera and detections.
+            labels: of each detection; None for what is none of the scene's.
+
+        Raises:
+            SnapshotError: there is not one label for each detection.
+            SceneError: a label is not one of the scene's.
+        """
+        seen = snapshot.detections
+        if len(labels) != len(seen):
+            raise SnapshotError("labels", f"must be one, or None, for each of {len(seen)} detections", labels)
+        confirmed = [
+            (i, self.scene.layout.index(label)) for i, label in enumerate(labels) if label is not None
+        ]
+        if not confirmed:
+            return self.disorder
+        every = hypotheses(self.options, MOST_SCALES)
+        problem = self._problem(snapshot, None)
         seeing = self._seeing(snapshot, problem, every)
-        found = np.zeros((len(seen), len(problem.labels) + 1))
-        which, share, exact = infer(
-            problem.pairs, every.profiles, every.angles, motions, seeing, options.most_exact, found
+        place = {j: k for k, j in enumerate(problem.labels.tolist())}
+        pairs, chosen = problem.pairs, []
+        for i, j in confirmed:
+            row = np.arange(pairs.start[i], pairs.start[i + 1])
+            chosen += row[pairs.label[row] == place.get(j, -1)].tolist()
+        index = np.array(chosen, dtype=np.int64)
+        motion = motion_evidence(pairs, index, every)
+        # What is in view is asked on the scale that the confirmed pairs show.
+        scale = int(np.unravel_index(motion.argmax(), motion.shape)[2])
+        known = [place[j] for _, j in confirmed if j in place]
+        rates = rates_evidence(
+            seeing, seeing.in_view[scale], np.array(known, dtype=np.int64), len(seen) - len(confirmed)
         )
-        probability[:, problem.labels] = found[:, :-1]
-        probability[:, -1] = found[:, -1]
-        self._last = (which, share, every)
-        return which, share, exact
+        sizes = np.log(pairs.size[:, index]).sum(axis=1)
+        if len(sizes) != len(self.disorder.sizes):
+            sizes = np.zeros(len(self.disorder.sizes))
+        return self.disorder.after(motion, rates, sizes)
+
+    def _problem(self, snapshot: Snapshot, hint: FloatArray | None) -> Problem:
+        seen = snapshot.detections
+        codes = np.array(codes_of(seen.category, self._declared), dtype=np.int64).reshape(len(seen))
+        return problem_of(self._known, seen, codes, hint, self.options)
+
+    def _posterior(self, snapshot: Snapshot, hint: FloatArray | None) -> Posterior:
+        problem = self._problem(snapshot, hint)
+        every = hypotheses(self.options, scales_for(problem.extent))
+        cut = -0.5 * (every.scale[every.motions.scale] / problem.extent) ** 2
+        log_prior = self.disorder.motion_prior(every, every.motions.log_prior + cut)
+        log_prior -= np.log(np.exp(log_prior).sum())
+        motions = every.motions._replace(log_prior=log_prior)
+        probability = np.zeros((len(snapshot.detections), len(problem.labels) + 1))
+        which, share, exact = infer(
+            problem.pairs,
+            every.profiles,
+            every.angles,
+            motions,
+            self._seeing(snapshot, problem, every),
+            self.options.most_exact,
+            probability,
+        )
+        return Posterior(problem, every, which, share, bool(exact), probability)
 
     def _seeing(self, snapshot: Snapshot, problem: Problem, every: Hypotheses) -> Seeing:
-        options, known, seen = self.options, self._known, snapshot.detections
-        n = len(seen)
+        n = len(snapshot.detections)
         scale = np.append(every.scale, problem.extent / np.sqrt(2))
         inside = np.zeros((len(scale), len(problem.labels)))
-        view_of(snapshot.camera, known, problem.labels, scale, inside)
+        view_of(snapshot.camera, self._known, problem.labels, scale, inside)
         # What has gone anywhere is where its look-alikes are.
-        anywhere = inside[-1].mean() if len(problem.labels) else 1.0
+        anywhere = float(inside[-1].mean()) if len(problem.labels) else 1.0
         area = problem.area * max(anywhere, 1 / (n + 1))
-        doubt = 1 - seen.confidence + _SURE
-        rates = np.array(options.rates)
-        sizes = len(problem.pairs.size)
-        shares = np.array(options.size_shares if sizes > 1 else (1.0,))
+        doubt = 1 - snapshot.detections.confidence + _SURE
+        rates = np.array(self.options.rates)
+        told = len(problem.pairs.size) > 1
+        shares = np.array(self.options.size_shares)
         return Seeing(
             in_view=inside,
             anywhere=np.full(len(problem.labels), anywhere),
             none=doubt / doubt.mean() / (area * 2 * np.pi),
             unseen=rates[:, 1].copy(),
             new=rates[:, 2] * n,
-            log_rates=np.log(rates[:, 0] / rates[:, 0].sum()),
-            log_sizes=np.log(shares / shares.sum()),
+            log_rates=sharpened(self.disorder, "rates", rates[:, 0]),
+            log_sizes=sharpened(self.disorder, "sizes", shares) if told else np.zeros(1),
         )
+
+
+def _warnings(detections: int, exact: bool) -> tuple[str, ...]:
+    if exact:
+        return ()
+    return (f"{detections} detections: probabilities are by belief propagation, mostly within .02",)
 
 
 def view_of(
@@ -109,9 +230,12 @@ def view_of(
     fov = camera.fov
     away = known.place[labels] - (camera.position - known.centre) / known.spacing
     sine, cosine = np.sin(camera.yaw), np.cos(camera.yaw)
-    place = np.stack([away[:, 0] * cosine - away[:, 1] * sine, away[:, 0] * sine + away[:, 1] * cosine], axis=1)
+    place = np.stack(
+        [away[:, 0] * cosine - away[:, 1] * sine, away[:, 0] * sine + away[:, 1] * cosine], axis=1
+    )
     vertical = fov.up is not None and fov.down is not None and camera.height is not None
-    rise = known.height[labels] - (float(camera.height) / known.spacing if vertical else 0.0)
+    eye = float(camera.height) / known.spacing if camera.height is not None else 0.0
+    rise = known.height[labels] - eye
     up, down = (fov.up, fov.down) if vertical else (0.0, 0.0)
     limits = np.array([fov.left, fov.right, up, down, fov.range_m / known.spacing, float(camera.pitch)])
     view_probability(place, rise, scale, OFFSETS, limits, vertical, inside)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray, read_only
+from farm_ar.reid.adaptive.hypotheses import MOST_SCALES, scale_lengths
 from farm_ar.reid.adaptive.options import AdaptiveOptions
 from farm_ar.reid.adaptive.records import Pairs
 from farm_ar.reid.adaptive.sizes import SizeModel
@@ -107,7 +108,6 @@ def problem_of(
     codes: IntArray,
     hint: FloatArray | None,
     options: AdaptiveOptions,
-    scales: FloatArray | None = None,
 ) -> Problem:
     """The pairs of a snapshot.
 
@@ -117,7 +117,6 @@ def problem_of(
         codes: (N,) of their categories, `UNKNOWN` where not known.
         hint: (N, M) log-odds of each label, from elsewhere; None for none.
         options: what is assumed.
-        scales: (A,) of motion, for what stands at different heights; None for none.
     """
     place = (seen.position - known.centre) / known.spacing
     could = (codes[:, None] == UNKNOWN) | (codes[:, None] == known.category)
@@ -139,7 +138,9 @@ def problem_of(
     if options.confusion > 0:
         kinds = max(len(area_of) - 1, 1)
         same = codes[i] == known.category[labels[j]]
-        like = np.where(codes[i] == UNKNOWN, 1.0, np.where(same, 1 - options.confusion, options.confusion / kinds))
+        like = np.where(
+            codes[i] == UNKNOWN, 1.0, np.where(same, 1 - options.confusion, options.confusion / kinds)
+        )
     if hint is not None:
         like = like * np.exp(np.clip(hint[i, labels[j]], -60.0, 60.0))
     pairs = Pairs(
@@ -150,14 +151,14 @@ def problem_of(
         turned=turned,
         course=course,
         course_known=course_known,
-        vertical=_vertical(known.height[labels], seen.elevation / known.spacing, i, j, scales),
+        vertical=_vertical(known.height[labels], seen.elevation / known.spacing, i, j),
         size=known.sizes.likeness(sorted_log_sides(seen.size), codes, i, labels[j], options.reliabilities),
         like=like,
         stays=known.fixed[labels[j]],
         far=_SOMEWHERE * nearby + (1 - _SOMEWHERE) / of_label[j],
     )
     # What is new is as often of a category as labels are.
-    share = np.bincount(known.category, minlength=len(area_of)) / len(known.category)
+    share = np.bincount(known.category[labels], minlength=len(area_of)) / max(len(labels), 1)
     area = np.where(codes == UNKNOWN, overall, area_of[codes] / np.maximum(share[codes], 1e-9))
     extent = float(np.sqrt(of_label.max(initial=1.0) / np.pi))
     return Problem(pairs, labels, place, area, extent)
@@ -208,17 +209,15 @@ def _angles(
     return turn, turned, np.clip(course, -1.0, 1.0), how_well
 
 
-def _vertical(
-    height: FloatArray, seen: FloatArray, i: IntArray, j: IntArray, scales: FloatArray | None
-) -> FloatArray:
+def _vertical(height: FloatArray, seen: FloatArray, i: IntArray, j: IntArray) -> FloatArray:
     """(A, P) how much likelier a rise is on each scale than any; (0, P) where all is level."""
     every = np.concatenate([height, seen])
     spread = float(np.ptp(every)) if len(every) else 0.0
-    if scales is None or not spread > 1e-9:
+    if not spread > 1e-9:
         return np.zeros((0, len(i)))
     rise = seen[i] - height[j]
-    # Things are not lifted on most scales by as much as they are shifted, if at all.
-    sd = np.minimum(np.maximum(scales[:, None], 0.02), spread)
+    sd = np.clip(scale_lengths(MOST_SCALES)[:, None], 0.02, max(spread, 0.02))
     broad = 0.5 * spread
     near = np.exp(-0.5 * (rise / sd) ** 2) / sd
-    return (0.9 * near + 0.1 * np.exp(-0.5 * (rise / broad) ** 2) / broad) * broad
+    result: FloatArray = (0.9 * near + 0.1 * np.exp(-0.5 * (rise / broad) ** 2) / broad) * broad
+    return result

@@ -1,4 +1,4 @@
-"""The arrays that the compiled kernels of `AdaptiveReid` take and fill; lengths are in units of the spacing."""
+"""The arrays that the kernels of `AdaptiveReid` take and fill; lengths are in units of the spacing."""
 
 from __future__ import annotations
 

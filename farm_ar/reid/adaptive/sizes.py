@@ -24,9 +24,10 @@ _BETWEEN_KINDS = 0.05
 class SizeModel:
     """The sizes of M labels: how they spread within each category.
 
-    Look-alikes share a size, about which those of a category spread: because they differ, or because each was
-    measured with an error, or both. Seen sizes spread likewise. What a label's known side tells of the side of
-    its detection is one number, their correlation: 0 if all is error, 1 if nothing is. It is a hypothesis.
+    Look-alikes share a size, about which those of a category spread: because they differ, or because each
+    was measured with an error, or both. Seen sizes spread likewise. What a label's known side tells of the
+    side of its detection is one number, their correlation: 0 if all is error, 1 if nothing is. It is a
+    hypothesis.
 
     Args:
         category: (M,) codes.
@@ -63,7 +64,7 @@ class SizeModel:
     def likeness(
         self, sides: FloatArray, codes: IntArray, i: IntArray, j: IntArray, correlations: Sequence[float]
     ) -> FloatArray:
-        """How much likelier the sizes of pairs are than those of any two of the category, for each correlation.
+        """How much likelier the sizes of pairs are than of any two of the category, for each correlation.
 
         Args:
             sides: (N, 3) sorted logarithms of the detected sides; NaN where not known.
@@ -118,7 +119,7 @@ class SizeModel:
                 continue
             top = log_like[n][known].max()
             like = np.where(known, np.exp(np.where(known, log_like[n], top) - top), 1.0)
-            like = (_OUTLIERS + (1 - _OUTLIERS) * like / like.mean())
+            like = _OUTLIERS + (1 - _OUTLIERS) * like / like.mean()
             own = i == n
             result[own] = like[kind[own]]
         return result

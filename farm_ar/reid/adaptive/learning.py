@@ -1,0 +1,73 @@
+"""The evidence of a confirmed answer for each hypothesis of `AdaptiveReid`."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from farm_ar.arrays import FloatArray, IntArray
+from farm_ar.kernels import compiled
+from farm_ar.reid.adaptive.densities import tabulate
+from farm_ar.reid.adaptive.hypotheses import FAMILIES, MOST_SCALES, Hypotheses
+from farm_ar.reid.adaptive.inference import density_of
+from farm_ar.reid.adaptive.records import Concentrations, Motions, Pairs, Profiles, Seeing
+
+_compile = compiled(error_model="numpy")
+
+
+@_compile
+def evidence_of(
+    pairs: Pairs,
+    profiles: Profiles,
+    angles: Concentrations,
+    motions: Motions,
+    chosen: IntArray,
+    result: FloatArray,
+) -> None:
+    """Fill (H,) log densities of the chosen pairs, summed, under each motion."""
+    count = len(pairs.label)
+    shift = np.empty((len(profiles.kind), count))
+    turn = np.empty((len(angles.turn), count))
+    course = np.empty((len(angles.course), count))
+    tabulate(pairs, profiles, angles, shift, turn, course)
+    density = np.empty(count)
+    for h in range(len(result)):
+        density_of(h, pairs, motions, shift, turn, course, density)
+        result[h] = 0.0
+        for p in chosen:
+            result[h] += np.log(max(density[p], 1e-300))
+
+
+def motion_evidence(pairs: Pairs, chosen: IntArray, every: Hypotheses) -> FloatArray:
+    """(F, T, A) log evidence of the confirmed pairs for each family, SD of turns and scale.
+
+    Where a family has no such hypothesis it has the least evidence of all.
+
+    Args:
+        pairs: of the snapshot.
+        chosen: (K,) the pairs that were confirmed.
+        every: the motions over `MOST_SCALES` scales.
+    """
+    found = np.empty(len(every.family))
+    evidence_of(pairs, every.profiles, every.angles, every.motions, chosen, found)
+    shape = (len(FAMILIES), len(every.angles.turn), MOST_SCALES)
+    result: FloatArray = np.full(shape, found.min(initial=0.0))
+    result[every.family, every.motions.heading, every.motions.scale] = found
+    return result
+
+
+def rates_evidence(seeing: Seeing, inside: FloatArray, seen: IntArray, none: int) -> FloatArray:
+    """(Q,) log evidence of what was seen, missed and new for each pair of rates.
+
+    Args:
+        seeing: what is known of detecting.
+        inside: (M,) probability that each label's object is in view.
+        seen: (K,) the labels that were.
+        none: how many detections had no label.
+    """
+    missed = np.ones(len(inside), dtype=bool)
+    missed[seen] = False
+    result = np.empty(len(seeing.unseen))
+    for q, (unseen, new) in enumerate(zip(seeing.unseen, seeing.new, strict=True)):
+        absent = np.maximum(1 - (1 - unseen) * inside[missed], 1e-9)
+        result[q] = np.log(absent).sum() + len(seen) * np.log(1 - unseen) + none * np.log(new) - new
+    return result
