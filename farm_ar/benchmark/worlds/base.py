@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
-from farm_ar.scenes import Camera, Detections, Detector, FieldOfView, Layout, Scene, Snapshot, observe
+from farm_ar.scenes import Bounds, Camera, Detections, Detector, FieldOfView, Layout, Scene, Snapshot, observe
 
 Truth = tuple[str | None, ...]
 """The label that each detection really is; None for a false detection and for what is new."""
@@ -47,10 +47,11 @@ class Row:
 
 @dataclass(frozen=True)
 class Area:
-    """The rectangle of the plane in which a world lies, metres."""
+    """The rectangle of the plane in which a world lies, metres; nothing leaves it if it is closed."""
 
     low: tuple[float, float]
     high: tuple[float, float]
+    closed: bool = True
 
     @property
     def size(self) -> FloatArray:
@@ -63,8 +64,11 @@ class Area:
         return np.add(self.low, self.high) / 2
 
     def scene(self, name: str, layout: Layout) -> Scene:
-        """A scene with this area as its bounds."""
-        return Scene(name, (float(self.size[0]), float(self.size[1])), layout)
+        """A scene with this area as its bounds; without any where it is open."""
+        width, depth = self.size.tolist()
+        return Scene(
+            name, layout=layout, bounds=Bounds.rectangle(width, depth, self.low) if self.closed else None
+        )
 
     def camera(self) -> Camera:
         """A camera in the middle that sees all of the area, and no more than it must."""
@@ -88,6 +92,10 @@ class Objects(NamedTuple):
     def at(self, position: FloatArray, yaw: FloatArray) -> Objects:
         """The same objects in other poses."""
         return self._replace(position=position, yaw=yaw)
+
+    def bare(self) -> Objects:
+        """The same without headings and sizes, which are then not known."""
+        return self._replace(yaw=np.full_like(self.yaw, np.nan), size=np.full_like(self.size, np.nan))
 
     def some(self, chosen: IntArray | BoolArray) -> Objects:
         """Those at some indices, or where a mask is true."""

@@ -18,7 +18,7 @@ PALLET, BAY_M = (1.2, 1.1, 0.8), 1.8
 BOARD = Area((-300.0, -200.0), (300.0, 200.0))
 """A table of 60 by 40 cm, in millimetres that are taken for metres."""
 
-YARD = Area((100.0, 100.0), (160.0, 140.0))
+YARD = Area((100.0, 100.0), (160.0, 140.0), closed=False)
 LOUNGE, SHIFT_M = Area((-4.0, 0.0), (2.5, 5.0)), 0.3
 
 
@@ -175,6 +175,11 @@ ROWS = (
         all_in_view=False,
     ),
     Row("board", "round pieces on a table in millimetres, headings that say nothing", pieces),
+    Row(
+        "board-bare",
+        "the same, headings not measured",
+        partial(pieces, headings="none"),
+    ),
     Row("carts-3s", "carts that drive along their headings, 3 s", carts),
     Row("lounge", "chairs and tables pushed about, a heavy tail", lounges),
     Row(

@@ -71,7 +71,7 @@ def simulate(rng: np.random.Generator, schools: int, fish: int, seconds: float) 
 
 
 def school(
-    rng: np.random.Generator, count: int, gap_s: float, pixels: bool = False, headings: bool = True
+    rng: np.random.Generator, count: int, gap_s: float, pixels: bool = False, points: bool = False
 ) -> list[Example]:
     """Pairs of looks at schools of 8 to 15 fish.
 
@@ -80,7 +80,7 @@ def school(
         count: how many pairs.
         gap_s: seconds between the two looks.
         pixels: whether positions and sizes are those of an image, its pixels taken for metres.
-        headings: whether headings are those of swimming; else they are not measured.
+        points: whether neither headings nor sizes are known; else headings are those of swimming.
     """
     each = -(-count // len(SCHOOLS))
     examples = []
@@ -89,20 +89,22 @@ def school(
         swum = simulate(rng, schools, fish, SETTLE_S + PAIRS * BETWEEN_S + gap_s)
         for k in range(each):
             b, first = k % schools, round((SETTLE_S + k // schools * BETWEEN_S) / DT)
-            looks = [_fish(swum, b, t, pixels, headings) for t in (first, first + round(gap_s / DT))]
+            looks = [_fish(swum, b, t, pixels) for t in (first, first + round(gap_s / DT))]
+            if points:
+                looks = [look.bare() for look in looks]
             examples.append(seen_as(_tank(pixels), "tank", looks[0], looks[1], rng))
     return [examples[(k % len(SCHOOLS)) * each + k // len(SCHOOLS)] for k in range(count)]
 
 
-def _fish(swum: Swum, b: int, t: int, pixels: bool, headings: bool) -> Objects:
+def _fish(swum: Swum, b: int, t: int, pixels: bool) -> Objects:
     position, velocity = swum.position[t, b], swum.velocity[t, b]
     number = len(position)
     size = boxes(number, SIDES)
     if pixels:
         position = np.asarray(PIXEL_ORIGIN) + PIXELS_PER_METRE * position
         size = PIXELS_PER_METRE * size
-    yaw = towards(velocity) if headings else np.full(number, np.nan)
-    return Objects([f"fish {i}" for i in range(number)], ["fish"] * number, position, yaw, size)
+    names = [f"fish {i}" for i in range(number)]
+    return Objects(names, ["fish"] * number, position, towards(velocity), size)
 
 
 def _tank(pixels: bool) -> Area:
@@ -132,5 +134,6 @@ ROWS = (
         )
         for gap in (0.25, 1.0)
     ),
+    Row("fish-points-0.5s", "the same as points in metres, 0.5 s", partial(school, gap_s=0.5, points=True)),
 )
 """The tank's rows."""

@@ -62,9 +62,9 @@ def _square(rng: np.random.Generator, number: int) -> tuple[FloatArray, FloatArr
 
 
 PLACES = {
-    "corridor": Place(Area((0.0, 0.0), (22.0, 4.0)), 14, _corridor, 2.5, walls=True),
-    "crossing": Place(Area((633.0, -222.0), (647.0, -208.0)), 16, _crossing, 2.0),
-    "crowd": Place(Area((-5.5, -5.5), (5.5, 5.5)), 35, _square, None),
+    "corridor": Place(Area((0.0, 0.0), (22.0, 4.0), closed=False), 14, _corridor, 2.5, walls=True),
+    "crossing": Place(Area((633.0, -222.0), (647.0, -208.0), closed=False), 16, _crossing, 2.0),
+    "crowd": Place(Area((-5.5, -5.5), (5.5, 5.5), closed=False), 35, _square, None),
 }
 """The places by name, each with an origin of its own."""
 

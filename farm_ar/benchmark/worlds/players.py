@@ -103,6 +103,7 @@ def players(
     teams: bool = True,
     seen: int = TEAM,
     wedge: bool = False,
+    points: bool = False,
 ) -> list[Example]:
     """Pairs of looks at a game, `gap_s` apart.
 
@@ -113,12 +114,13 @@ def players(
         teams: whether the teams can be told apart; where they cannot, players face where they run.
         seen: how many of each team are detected at the second look, drawn at random.
         wedge: whether a camera on the touchline takes the second look, zoomed so that it sees 12 of the 22.
+        points: whether nothing but places and teams is known, neither headings nor sizes.
     """
     sequences = -(-count // PAIRS)
     tracks = simulate(rng, sequences, SETTLE_S + PAIRS * BETWEEN_S + gap_s, watching=teams)
     names = [f"{team} {k}" for team in ("red", "blue") for k in range(1, TEAM + 1)]
     category = [name.split()[0] if teams else "player" for name in names]
-    wide = Area((PITCH.low[0] - 3, PITCH.low[1] - 3), (PITCH.high[0] + 3, PITCH.high[1] + 3))
+    wide = Area((PITCH.low[0] - 3, PITCH.low[1] - 3), (PITCH.high[0] + 3, PITCH.high[1] + 3), closed=False)
     examples = []
     for k in range(count):
         b, first = k % sequences, round((SETTLE_S + k // sequences * BETWEEN_S) / DT)
@@ -131,6 +133,8 @@ def players(
         if seen < TEAM:
             chosen = np.concatenate([team * TEAM + rng.permutation(TEAM)[:seen] for team in (0, 1)])
             now = now.some(np.sort(chosen))
+        if points:
+            known, now = known.bare(), now.bare()
         examples.append(seen_as(wide, "match", known, now, rng, camera))
     return examples
 
@@ -158,6 +162,11 @@ ROWS = (
             partial(players, gap_s=gap, teams=False),
         )
         for gap in (1, 2)
+    ),
+    Row(
+        "players-points-1s",
+        "two teams as points, without headings and sizes, 1 s",
+        partial(players, gap_s=1, points=True),
     ),
     Row(
         "players-half-2s",
