@@ -1,6 +1,7 @@
 """Re-identification: which detection is which label."""
 
 from farm_ar.reid.adaptive import AdaptiveOptions, AdaptiveReid, Disorder
+from farm_ar.reid.alignment import Alignment, Alternative, align
 from farm_ar.reid.assignment import SOLVERS, UNASSIGNED, Assignment, k_best, solve_assignment
 from farm_ar.reid.base import (
     Assurance,
@@ -41,6 +42,8 @@ __all__ = [
     "UNASSIGNED",
     "AdaptiveOptions",
     "AdaptiveReid",
+    "Alignment",
+    "Alternative",
     "Assignment",
     "Assurance",
     "Certificate",
@@ -71,6 +74,7 @@ __all__ = [
     "Tracking",
     "Whereabouts",
     "accuracy",
+    "align",
     "alternatives",
     "as_reidentifier",
     "association_marginals",

@@ -1,0 +1,298 @@
+"""Alignment: right where it is certain, in worlds unlike one another; uncertain where there are several."""
+
+import sys
+from dataclasses import replace
+from importlib import util
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from farm_ar.errors import SnapshotError
+from farm_ar.reid import RigidMotion, align
+from farm_ar.reid.alignment import moved, spacing_of
+from farm_ar.scenes import Camera, Detections, FieldOfView, Layout, Scene, Snapshot, builtin_scene, observe
+
+_spec = util.spec_from_file_location(
+    "alignment_worlds", Path(__file__).parents[2] / "benchmarks" / "alignment.py"
+)
+worlds = util.module_from_spec(_spec)
+sys.modules[_spec.name] = worlds
+_spec.loader.exec_module(worlds)
+
+ALL_ROUND = FieldOfView(np.pi, np.pi, 1e6)
+
+
+def scene_of(position, yaw, category=None, fixed=None, symmetry=None):
+    n = len(position)
+    category = ("thing",) * n if category is None else category
+    layout = Layout(
+        tuple(f"o{i}" for i in range(n)), category, position, yaw, np.full((n, 3), 0.1), fixed=fixed
+    )
+    return Scene("map", (1.0, 1.0), layout, symmetry=symmetry or {})
+
+
+def snapshot_of(position, yaw, category=None, fov=ALL_ROUND, camera=(0.0, -50.0)):
+    n = len(position)
+    category = ("thing",) * n if category is None else category
+    return Snapshot(
+        Camera(np.array(camera), 0.0, fov), Detections(category, position, yaw, np.full((n, 3), 0.1))
+    )
+
+
+def motion_of(x, z, turn):
+    return RigidMotion(np.zeros(2), np.array([x, z]), np.array(turn))
+
+
+def off(found, motion, snapshot):
+    """How far an answer is off at the detections' middle, metres, and radians."""
+    middle = snapshot.detections.position.mean(axis=0, keepdims=True)
+    turn = float(found.motion.turn - motion.turn)
+    distance = np.linalg.norm(found.motion.position(middle) - motion.position(middle))
+    return distance, abs((turn + np.pi) % (2 * np.pi) - np.pi)
+
+
+def regular(n, radius=1.0):
+    """n things around a circle, facing its middle: they look the same from n sides."""
+    angle = np.arange(n) * 2 * np.pi / n
+    return radius * np.stack([np.sin(angle), np.cos(angle)], axis=1), angle + np.pi
+
+
+@pytest.mark.parametrize("look", ["30% moved", "partial view", "partial view, misses, a false one"])
+def test_what_is_called_certain_is_right_and_most_whole_views_are_certain(look):
+    row = worlds.measure(worlds.LOOKS[look], max(36, settings().max_examples // 5))
+    assert row["right of certain"] >= 0.95
+    assert row["certain"] >= (0.9 if look == "30% moved" else 0.15)
+
+
+@pytest.mark.parametrize(
+    "look", ["three times the noise", "headings tell nothing", "categories unknown", "5% moved"]
+)
+def test_noise_headings_and_categories_are_not_taken_for_granted(look):
+    row = worlds.measure(worlds.LOOKS[look], 24)
+    assert row["right of certain"] >= 0.95
+    assert row["certain"] >= 0.7
+
+
+@pytest.mark.parametrize("sides", [2, 3, 4, 6])
+def test_a_layout_that_looks_the_same_from_n_sides_has_n_answers(sides):
+    place, yaw = regular(sides)
+    motion = motion_of(3.0, -2.0, 0.7)
+    snapshot = moved(snapshot_of(place, yaw), motion.inverse())
+    found = align(scene_of(place, yaw), snapshot)
+    assert found.ambiguous
+    assert not found.certain
+    assert "several sides" in found.reason
+    assert len(found.alternatives) == sides - 1
+    motions = [found.motion, *(one.motion for one in found.alternatives)]
+    turns = np.sort([np.rad2deg(float(one.turn - motion.turn)) % 360 for one in motions])
+    turns = np.sort((turns + 1e-6) % 360)
+    assert turns == pytest.approx(np.arange(sides) * 360 / sides, abs=1e-3)
+    assert found.confidence == pytest.approx(1 / sides, abs=0.05)
+
+
+@settings(max_examples=max(20, settings().max_examples // 5))
+@given(
+    sides=st.integers(2, 9),
+    rings=st.integers(1, 2),
+    share=st.floats(0, 0.3),
+    seed=st.integers(0, 10_000),
+)
+def test_symmetric_layouts_are_never_certain_and_wrong(sides, rings, share, seed):
+    rng = np.random.default_rng(seed)
+    parts = [regular(sides, radius) for radius in (1.0, 2.3)[:rings]]
+    place, yaw = np.vstack([p for p, _ in parts]), np.concatenate([y for _, y in parts])
+    now, facing = place.copy(), yaw.copy()
+    away = rng.permutation(len(place))[: int(share * len(place))]
+    now[away], facing[away] = rng.uniform(-2, 2, (len(away), 2)), rng.uniform(-np.pi, np.pi, len(away))
+    motion = motion_of(*rng.uniform(-100, 100, 2), rng.uniform(-np.pi, np.pi))
+    snapshot = moved(snapshot_of(now, facing), motion.inverse())
+    found = align(scene_of(place, yaw), snapshot)
+    assert not found.certain
+
+
+def test_a_part_of_a_regular_grid_can_be_shifted():
+    grid = np.stack(np.meshgrid(np.arange(8.0), np.arange(8.0)), axis=-1).reshape(-1, 2)
+    part = grid[(grid[:, 0] < 3) & (grid[:, 1] < 3)]
+    narrow = FieldOfView(np.pi, np.pi, 1e-3)  # nothing is in its view, so that empty places tell nothing
+    found = align(scene_of(grid, np.zeros(64)), snapshot_of(part, np.zeros(9), fov=narrow))
+    assert found.ambiguous
+    assert not found.certain
+
+
+def test_an_empty_place_in_view_tells_a_grid_from_its_shift():
+    grid = np.stack(np.meshgrid(np.arange(6.0), np.arange(5.0)), axis=-1).reshape(-1, 2)
+    grid = np.delete(grid, [8, 21], axis=0)
+    motion = motion_of(7.0, 1.0, 2.0)
+    snapshot = moved(snapshot_of(grid, np.zeros(28)), motion.inverse())
+    found = align(scene_of(grid, np.zeros(28)), snapshot)
+    assert found.certain
+    assert off(found, motion, snapshot) == pytest.approx((0, 0), abs=1e-6)
+
+
+def _frames(seed):
+    """A case, and the same with map and snapshot written down in other units and frames."""
+    case = worlds.make_case("room", seed, worlds.Look())
+    rng = np.random.default_rng(seed)
+    scale = 10 ** rng.uniform(-3, 3) / case.spacing
+    scale = min(scale, 100.0 / np.ptp(case.scene.layout.position, axis=0).max())
+    to_map = motion_of(*rng.uniform(-1000, 1000, 2), rng.uniform(-np.pi, np.pi))
+    to_snapshot = motion_of(*rng.uniform(-1000, 1000, 2), rng.uniform(-np.pi, np.pi))
+    layout, camera = case.scene.layout, case.snapshot.camera
+    origin = layout.position.mean(axis=0)
+    layout = replace(
+        layout,
+        position=to_map.position((layout.position - origin) * scale),
+        yaw=to_map.yaw(layout.yaw),
+        size=layout.size * scale,
+    )
+    fov = replace(camera.fov, range_m=camera.fov.range_m * scale)
+    seen = case.snapshot.detections
+    middle = seen.position.mean(axis=0)
+    snapshot = Snapshot(
+        replace(camera, position=(camera.position - middle) * scale, fov=fov),
+        replace(seen, position=(seen.position - middle) * scale, size=seen.size * scale),
+    )
+    return case, replace(case.scene, layout=layout), moved(snapshot, to_snapshot)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_units_origins_and_turns_of_either_frame_change_nothing(seed):
+    case, scene, snapshot = _frames(seed)
+    first, second = align(case.scene, case.snapshot), align(scene, snapshot)
+    assert second.matches == first.matches
+    assert second.confidence == pytest.approx(first.confidence, abs=1e-6)
+    place = first.motion.position(case.snapshot.detections.position)
+    other = second.motion.position(snapshot.detections.position)
+    within = [np.linalg.norm(one - one.mean(axis=0), axis=1) for one in (place, other)]
+    assert within[1] / spacing_of(scene.layout.position, scene.layout.size) == pytest.approx(
+        within[0] / case.spacing, abs=1e-6
+    )
+
+
+def test_one_anchor_is_enough_where_the_layout_is_symmetric():
+    place, yaw = regular(4)
+    motion = motion_of(3.0, -2.0, 0.7 + np.pi / 2)
+    snapshot = moved(snapshot_of(place, yaw), motion.inverse())
+    before = np.array([0.4, 0.3])
+    # the anchor is 5 cm and 3 degrees off, where things stand 1.4 m apart
+    after = motion.position(before[None])[0] + [0.03, 0.04]
+    anchor = ((*before, 0.2), (*after, 0.2 + float(motion.turn) + np.deg2rad(3)))
+    found = align(scene_of(place, yaw), snapshot, anchor)
+    assert found.certain
+    assert off(found, motion, snapshot) == pytest.approx((0, 0), abs=1e-6)
+
+
+def test_an_anchor_is_believed_where_nothing_is_in_view_or_nothing_is_known():
+    place, yaw = regular(4)
+    nothing = snapshot_of(np.zeros((0, 2)), np.zeros(0))
+    anchor = ((1.0, 2.0, 0.0), (5.0, 5.0, np.pi / 2))
+    for scene, snapshot in (
+        (scene_of(place, yaw), nothing),
+        (scene_of(np.zeros((0, 2)), np.zeros(0)), snapshot_of(place, yaw)),
+        (scene_of(np.zeros((0, 2)), np.zeros(0)), nothing),
+    ):
+        found = align(scene, snapshot, anchor)
+        assert found.certain
+        assert found.motion.position(np.array([[1.0, 2.0], [1.0, 3.0]])) == pytest.approx(
+            np.array([[5.0, 5.0], [6.0, 5.0]])
+        )
+        assert align(scene, snapshot).confidence == 0
+
+
+@pytest.mark.parametrize("anchor", [((0, 0), (0, 0, 0)), ((0, 0, np.nan), (0, 0, 0))])
+def test_an_anchor_that_is_no_pose_is_refused(anchor):
+    with pytest.raises(SnapshotError, match="anchor"):
+        align(scene_of(*regular(4)), snapshot_of(*regular(4)), anchor)
+
+
+def test_the_heading_of_one_fixed_thing_is_enough_and_a_movable_one_is_not():
+    place, yaw = np.array([[0.0, 0.0], [4.0, 1.0], [1.0, 5.0]]), np.array([0.3, 1.0, 2.0])
+    names = ("lamp", "sofa", "table")
+    motion = motion_of(10.0, 20.0, 2.5)
+    narrow = FieldOfView(0.3, 0.3, 3.0)
+    snapshot = moved(snapshot_of(place[:1], yaw[:1], names[:1], narrow, (0.0, -2.0)), motion.inverse())
+    fixed = np.array([True, False, False])
+    found = align(scene_of(place, yaw, names, fixed), snapshot)
+    # A heading is known to about 2 degrees at best, so it is the turn that is not certain.
+    assert off(found, motion, snapshot) == pytest.approx((0, 0), abs=1e-9)
+    loose = align(scene_of(place, yaw, names), snapshot)
+    assert not loose.certain
+    assert loose.confidence < found.confidence
+
+
+def test_another_place_and_a_mirrored_frame_are_not_certain():
+    for seed in range(30):
+        kind = list(worlds.WORLDS)[seed % 6]
+        case = worlds.make_case(kind, seed, worlds.Look(moved=0.0, noise=0.0))
+        seen = case.snapshot.detections
+        mirror = np.array([-1.0, 1.0])
+        mirrored = replace(seen, position=seen.position * mirror, yaw=-seen.yaw)
+        camera = case.snapshot.camera
+        camera = replace(camera, position=camera.position * mirror, yaw=-camera.yaw)
+        found = align(case.scene, Snapshot(camera, mirrored))
+        assert found.confidence < 0.95 or kind == "circle"  # some circles are their own mirror image
+        other = worlds.make_case(kind, seed + 1000, worlds.Look())
+        scale = case.spacing / other.spacing
+        place = other.snapshot.detections.position
+        place = (place - place.mean(axis=0)) * scale
+        elsewhere = Snapshot(
+            Camera(np.zeros(2), 0.0, ALL_ROUND), replace(other.snapshot.detections, position=place)
+        )
+        assert not align(case.scene, elsewhere).certain
+
+
+def test_a_mirrored_frame_is_named():
+    case = worlds.make_case("room", 3, worlds.Look())
+    seen = case.snapshot.detections
+    camera = case.snapshot.camera
+    mirror = np.array([-1.0, 1.0])
+    found = align(
+        case.scene,
+        Snapshot(
+            replace(camera, position=camera.position * mirror, yaw=-camera.yaw),
+            replace(seen, position=seen.position * mirror, yaw=-seen.yaw),
+        ),
+    )
+    assert not found.certain
+    assert "handedness" in found.reason
+
+
+def test_things_that_look_alike_when_turned_may_have_been_turned():
+    rng = np.random.default_rng(2)
+    place, yaw = rng.uniform(0, 5, (9, 2)), rng.uniform(-np.pi, np.pi, 9)
+    motion = motion_of(-4.0, 9.0, 1.1)
+    quarter = yaw + rng.integers(0, 4, 9) * np.pi / 2
+    snapshot = moved(snapshot_of(place, quarter), motion.inverse())
+    for period in (np.pi / 2, 0.0):
+        found = align(scene_of(place, yaw, symmetry={"thing": period}), snapshot)
+        assert found.certain
+        assert off(found, motion, snapshot) == pytest.approx((0, 0), abs=1e-6)
+
+
+def test_detections_far_away_and_in_one_place_are_borne():
+    place, yaw = np.random.default_rng(0).uniform(0, 4, (8, 2)), np.zeros(8)
+    scene = scene_of(place, yaw)
+    lost = np.vstack([place[:6], [[1e6, -1e6], [1e6, -1e6], [0, 0], [0, 0]]])
+    found = align(scene, snapshot_of(lost, np.zeros(10)))
+    assert found.inliers == (0, 1, 2, 3, 4, 5)
+    assert off(found, motion_of(0, 0, 0), snapshot_of(place, yaw))[1] == pytest.approx(0, abs=1e-6)
+    same = np.zeros((8, 2))
+    pile = align(scene_of(same, yaw), snapshot_of(same, yaw))
+    assert off(pile, motion_of(0, 0, 0), snapshot_of(same, yaw)) == pytest.approx((0, 0), abs=1e-9)
+    assert not align(scene, snapshot_of(np.array([[2.0, 2.0]]), np.zeros(1))).certain
+
+
+@pytest.mark.parametrize("name", ["farm", "L1", "M2", "cafeteria"])
+def test_the_built_in_scenes_are_aligned(name):
+    scene = builtin_scene(name)
+    low, high = scene.layout.position.min(axis=0), scene.layout.position.max(axis=0)
+    camera = Camera(low - 0.2 * (high - low), np.pi / 4, FieldOfView(1.5, 1.5, 1e3))
+    motion = motion_of(12.0, -7.0, -2.0)
+    snapshot = moved(observe(scene.layout, camera)[0], motion.inverse())
+    found = align(scene, snapshot)
+    spacing = spacing_of(scene.layout.position, scene.layout.size)
+    distance, turn = off(found, motion, snapshot)
+    assert (distance < 0.05 * spacing and turn < np.deg2rad(2)) or not found.certain
