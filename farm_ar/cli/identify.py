@@ -78,6 +78,8 @@ def identify(
 ) -> None:
     """Identify the detections of a snapshot.
 
+    What cannot be right is told of in warnings, on the error stream and in the JSON.
+
     A CSV table has the columns id, category, x, z, yaw_deg, w, h, d, in metres and degrees.
     Options marked (*) belong to the method spatial.
     """
@@ -90,16 +92,19 @@ def identify(
         read_scene,
         read_snapshot,
     )
+    from farm_ar.reid import identify as checked_identify
 
     known, seen = read_scene(scene, room), read_snapshot(snapshot, camera)
     check_size(reid, len(known.layout), len(seen.detections))
     rule = make_rule(known, reid, threshold, weights, gate, solver, min_confidence)
-    found = reports.affordable(rule.identify(seen))
+    found = checked_identify(known, seen, reports.Affordable(rule, known))
     why = None if explain is None else explanation(rule, seen, explain)
     if plot is not None:
         from farm_ar.cli.reports import picture_of_identification
 
         picture_of_identification(known, seen, found, plot)
+    for warning in found.warnings:
+        typer.echo(f"Warning: {output.printable(warning)}", err=True)
     if as_json:
         output.print_json(reports.as_values(seen, found) | ({} if why is None else {"explanation": why}))
         return

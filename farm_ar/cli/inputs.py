@@ -23,8 +23,10 @@ from farm_ar.reid import (
     SquaredDistanceReid,
     as_reidentifier,
     explain,
+    identify,
     load_reid,
 )
+from farm_ar.reid.plausibility import set_aside, some
 from farm_ar.scenes import (
     BUILTIN,
     Camera,
@@ -47,7 +49,7 @@ def read_scene(name: str, room: str | None) -> Scene:
     """A scene by the name of its file, or by its own name if it is built in.
 
     Raises:
-        OptionError: it is neither, or the room is given where it is not needed.
+        OptionError: it is neither, or the room is missing where it is needed, or given where it is not.
         SceneError: the file cannot be used.
     """
     if Path(name).suffix.lower() in (".json", ".csv"):
@@ -62,11 +64,11 @@ def read_scene_file(path: str, room: str | None) -> Scene:
     """A scene from its file, JSON or CSV.
 
     Raises:
-        OptionError: it is neither, or the room is given where it is not needed.
+        OptionError: it is neither, or the room is missing where it is needed, or given where it is not.
         SceneError: the file cannot be used.
     """
     if _is_csv("scene", path):
-        return load_scene_csv(path, None if room is None else room_size(room))
+        return load_scene_csv(path, room_size(need("--room", room, f"with a scene in CSV, as {ROOM}")))
     refuse([("--room", room)], "with a scene in JSON, which has its own size_m")
     return load_scene(path)
 
@@ -238,13 +240,13 @@ def decided_by_category(reid: Reidentifier, snapshot: Snapshot, found: Identific
         ungated = SpatialReid(reid.scene, replace(reid.options, gate_categories=False))
     else:
         return []
-    others = ungated.identify(snapshot).labels
+    others = identify(reid.scene, snapshot, ungated, checks=False).labels
     named = zip(snapshot.detections.ids, found.labels, others, strict=True)
     return [name for name, label, other in named if label != other]
 
 
 def explanation(rule: Reidentifier, snapshot: Snapshot, detection: str) -> str:
-    """Why a detection, by its id, gets the label that a rule gives it.
+    """Why a detection, by its id, gets the label that a rule gives it, or none.
 
     Raises:
         OptionError: the rule does not explain itself.
@@ -252,4 +254,8 @@ def explanation(rule: Reidentifier, snapshot: Snapshot, detection: str) -> str:
     """
     if type(as_reidentifier(rule)).cost_terms is Reidentifier.cost_terms:
         raise OptionError("--explain", "must be with --reid spatial or likelihood", detection)
-    return explain(rule, snapshot, detection).words()
+    reasons = dict(zip(snapshot.detections.ids, set_aside(rule.scene, snapshot), strict=True))
+    if reasons.get(detection):
+        return f"{detection} has no label: {reasons[detection]}"
+    kept = [i for i, reason in enumerate(reasons.values()) if reason is None]
+    return explain(rule, some(snapshot, np.array(kept, dtype=np.int64)), detection).words()

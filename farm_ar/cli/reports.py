@@ -15,7 +15,7 @@ from farm_ar.cli.options import writing
 from farm_ar.drawing import draw_identification, draw_scene, new_picture, save_picture
 from farm_ar.drawing.pictures import in_picture
 from farm_ar.drawing.scenes import MOST_LABELS
-from farm_ar.reid import Assurance, Certificate, Identification
+from farm_ar.reid import Assurance, Certificate, Identification, Reidentifier
 from farm_ar.scenes import BUILTIN, Camera, Scene, Snapshot, builtin_scene
 from farm_ar.scenes.builtin import DESCRIPTIONS
 
@@ -60,7 +60,7 @@ def describe(scene: Scene) -> str:
 def left_out(scene: Scene) -> Iterator[str]:
     """What a picture of a scene does not show, a line each."""
     layout = scene.layout
-    strays = np.flatnonzero(~in_picture(layout.position, scene))
+    strays = np.flatnonzero(~in_picture(layout.position, scene.size))
     if len(strays):
         places = zip(layout.labels, layout.position.tolist(), strict=True)
         named = [f"{label} ({x:g}, {z:g})" for label, (x, z) in places]
@@ -89,12 +89,19 @@ def detection_rows(snapshot: Snapshot, found: Identification) -> Iterator[tuple[
         )
 
 
-def affordable(found: Identification) -> Identification:
-    """The same, of very many detections without what takes the cube of their number: margins, certificate."""
-    if len(found.labels) <= MOST_ASSURED or not callable(found.assurance):
-        return found
-    warning = f"margins and certificate are not worked out of more than {MOST_ASSURED} detections"
-    return replace(found, assurance=Assurance(warnings=(warning,)))
+class Affordable(Reidentifier):
+    """A method that leaves out what takes the cube of the number of detections where they are many."""
+
+    def __init__(self, reid: Reidentifier, scene: Scene) -> None:
+        self.reid, self.scene = reid, scene
+
+    def identify(self, snapshot: Snapshot) -> Identification:
+        """The answer of the method."""
+        found = self.reid.identify(snapshot)
+        if len(found.labels) <= MOST_ASSURED or not callable(found.assurance):
+            return found
+        warning = f"margins and certificate are not worked out of more than {MOST_ASSURED} detections"
+        return replace(found, assurance=Assurance(warnings=(warning,)))
 
 
 def summarise(scene: Scene, snapshot: Snapshot, found: Identification) -> Iterator[str]:
@@ -112,8 +119,6 @@ def summarise(scene: Scene, snapshot: Snapshot, found: Identification) -> Iterat
             yield f"No label for {name}: {reason}"
     if found.certified is not None:
         yield f"Certified: right if every object moved less than {_limits(found.certified)}"
-    for warning in found.warnings:
-        yield f"Warning: {warning}"
     if found.widened:
         yield "Widened: the threshold left fewer labels than detections, so further sites were added"
 
@@ -161,11 +166,8 @@ def _values(numbers: FloatArray) -> list[float | None]:
 
 
 def _room(scene: Scene) -> str:
-    if scene.room is not None:
-        return f"{scene.room[0]:g}x{scene.room[1]:g} m"
-    if scene.bounds is None:
-        return "no bounds"
-    return f"bounds of {len(scene.bounds.corners)} corners, {scene.area:.4g} m²"
+    width, depth = scene.size
+    return f"{width:g}x{depth:g} m"
 
 
 def some(names: list[str], most: int = 20) -> str:
@@ -185,7 +187,7 @@ def picture_of_scene(scene: Scene, camera: Camera | None, path: Path) -> None:
     Raises:
         OptionError: the file cannot be written.
     """
-    figure, axes = new_picture(scene)
+    figure, axes = new_picture(scene.size)
     draw_scene(axes, scene, camera=camera)
     with writing("--out", path):
         save_picture(figure, path)
@@ -203,7 +205,7 @@ def picture_of_identification(
     Raises:
         OptionError: the file cannot be written.
     """
-    figure, axes = new_picture(scene)
+    figure, axes = new_picture(scene.size)
     draw_identification(axes, scene, snapshot, found, truth)
     with writing("--plot", path):
         save_picture(figure, path)

@@ -19,6 +19,7 @@ from farm_ar.reid.baselines import (
     SquaredDistanceReid,
 )
 from farm_ar.reid.certificates import solve_certified
+from farm_ar.reid.checked import identify
 from farm_ar.reid.costs import dimension_cost, rotation_cost, total_cost, translation_cost
 from farm_ar.reid.explanations import Explanation, alternatives, explain
 from farm_ar.reid.fusion.tracking import Tracking, Whereabouts, track
@@ -81,6 +82,7 @@ __all__ = [
     "batch_accuracy",
     "dimension_cost",
     "explain",
+    "identify",
     "k_best",
     "load_reid",
     "motion_log_density",

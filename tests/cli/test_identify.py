@@ -351,18 +351,44 @@ def test_a_table_of_detections_needs_a_camera(mistake, before, seen, camera, lin
     assert mistake("identify", "--scene", before, "--snapshot", table, *camera).startswith(line)
 
 
-def test_a_table_of_objects_may_have_no_room(run, before, seen):
-    files = ("--scene", before.with_suffix(".csv"), "--snapshot", seen)
-    with_room = json.loads(run("identify", *files, "--room", "5,4", "--json").stdout)
-    without = json.loads(run("identify", *files, "--json").stdout)
-    assert without["labels"] == with_room["labels"]
+def test_a_table_of_objects_needs_a_room(mistake, before, seen):
+    line = mistake("identify", "--scene", before.with_suffix(".csv"), "--snapshot", seen)
+    assert line.startswith("OptionError: --room: must be given with a scene in CSV, as width,depth")
 
 
 def test_a_wrong_value_in_a_file_is_named(mistake, before, seen, tmp_path):
-    (tmp_path / "odd.json").write_text(seen.read_text().replace('"chair"', '"sofa"', 1))
+    (tmp_path / "odd.json").write_text(seen.read_text().replace('"chair"', '""', 1))
     assert mistake("identify", "--scene", before, "--snapshot", "odd.json") == (
-        "SnapshotError: detections[0].category: must be null or one of chair, table, got 'sofa'"
+        "SnapshotError: odd.json: detections[0].category: must be a category or null, got ''"
     )
     assert mistake("identify", "--scene", before, "--snapshot", "odd.txt") == (
         "OptionError: snapshot: must be a .json or .csv file, got 'odd.txt'"
     )
+
+
+def test_a_category_that_the_scene_lacks_gets_no_label_but_a_reason(run, before, seen, tmp_path):
+    (tmp_path / "odd.json").write_text(seen.read_text().replace('"chair"', '"sofa"', 1))
+    asked = ("identify", "--scene", before, "--snapshot", "odd.json", "--reid", "likelihood")
+    reason = "the scene has no 'sofa', only chair, table"
+    shown = run(*asked, "--explain", "d1").stdout.splitlines()
+    assert f"No label for d1: {reason}" in shown
+    assert shown[-1] == f"d1 has no label: {reason}"
+    answer = json.loads(run(*asked, "--json").stdout)
+    assert answer["labels"][0] is None
+    assert answer["reasons"] == [reason, None, None, None, None, None]
+    assert [answer[name][0] for name in ("costs", "confidence", "margins", "runners_up")] == [None] * 4
+    assert None not in answer["labels"][1:]
+    assert run(*asked[:-2], "--explain", "d2").exit_code == 0
+
+
+def test_warnings_go_to_the_error_stream_and_into_the_json(run, before, seen, tmp_path):
+    turned = json.loads(seen.read_text())
+    turned["camera"]["yaw_deg"] += 180
+    (tmp_path / "turned.json").write_text(json.dumps(turned))
+    said = "6 detections of 6 outside the camera's view, which would hold them if it were turned around"
+    for options in ([], ["--json"]):
+        result = run("identify", "--scene", before, "--snapshot", "turned.json", *options)
+        assert result.stderr.startswith(f"Warning: {said}")
+        assert "Warning" not in result.stdout
+        assert result.exit_code == 0
+    assert [one.startswith(said) for one in json.loads(result.stdout)["warnings"]] == [True]

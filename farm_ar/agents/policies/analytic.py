@@ -88,9 +88,17 @@ def eye_of(camera: Camera) -> Eye:
 
 def _table(env: FarmToTableEnv) -> Table:
     truth, believed = env.view.truth, env.view.believed
-    arrays: Any = (truth.position, truth.yaw, believed.position, believed.yaw, env.world.tracker.belief.wrong)
-    arrays += (truth.category_code, truth.movable, truth.size, truth.elevation)
-    return Table(*(array.copy() for array in arrays))  # kernels are compiled for what can be written to
+    return Table(
+        truth.position,
+        truth.yaw,
+        believed.position,
+        believed.yaw,
+        env.world.tracker.belief.wrong,
+        truth.category_code,
+        truth.movable,
+        truth.size,
+        truth.elevation,
+    )
 
 
 class AnalyticPolicy(Policy):

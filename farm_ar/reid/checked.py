@@ -1,0 +1,134 @@
+"""`identify`: one snapshot of one scene, checked before, with what cannot be identified set aside."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from farm_ar.arrays import FloatArray, IntArray
+from farm_ar.errors import OptionError
+from farm_ar.reid.base import Assurance, Identification, Reidentifier, as_reidentifier
+from farm_ar.reid.plausibility import Finding, check, set_aside
+from farm_ar.reid.plausibility.finding import some
+from farm_ar.reid.registry import load_reid
+from farm_ar.scenes import Scene, Snapshot
+
+FRAMES = ("map", "unknown")
+"""In which frame a snapshot may be: the map's, or one that is to be found."""
+
+MISLEADING = ("units", "sizes")
+"""Findings after which no thing is taken for another detected again: their footprints mean nothing."""
+
+
+def identify(
+    scene: Scene,
+    snapshot: Snapshot,
+    reid: str | Reidentifier | Callable[[Scene], Reidentifier] = "likelihood",
+    frame: str = "map",
+    checks: bool = True,
+) -> Identification:
+    """The label of each detection, or None with a reason; and warnings of what cannot be right.
+
+    Detections that cannot be identified are set aside: of a category that the scene lacks, with a broken
+    pose, or of a thing that is detected twice. The rest goes to the method, and the answers come back in the
+    order of the detections, with NaN for the cost, the margin and the probabilities of those set aside.
+
+    Args:
+        scene: the reference layout and its place.
+        snapshot: what was seen.
+        reid: a method's name, what makes one for a scene, or one that is made.
+        frame: "map" if the snapshot is in the scene's frame; "unknown" to find the motion between the two.
+        checks: whether scene and snapshot are checked, for `warnings`.
+
+    Raises:
+        OptionError: the method or the frame is not known.
+        SnapshotError: the method refuses the snapshot.
+    """
+    if frame not in FRAMES:
+        raise OptionError("frame", f"must be one of {', '.join(FRAMES)}", frame)
+    rule = _rule(reid, scene)
+    findings: tuple[Finding, ...] = ()
+    sure, said = 1.0, list[str]()
+    if frame == "unknown":
+        snapshot, sure, said = _aligned(scene, snapshot)
+    if checks:
+        findings = check(scene, snapshot)
+        said += [one.said for one in findings]
+    sure *= float(np.prod([1 - one.doubt for one in findings]))
+    footprints = not any(one.kind in MISLEADING for one in findings)
+    reasons = set_aside(scene, snapshot, again=footprints)
+    kept = np.flatnonzero([reason is None for reason in reasons])
+    answer = rule.identify(snapshot if len(kept) == len(reasons) else some(snapshot, kept))
+    return _whole(answer, kept, reasons, tuple(said), sure)
+
+
+def _rule(reid: Any, scene: Scene) -> Reidentifier:
+    if isinstance(reid, str):
+        return load_reid(reid)(scene)
+    if isinstance(reid, Reidentifier) and not isinstance(reid, type):
+        return as_reidentifier(reid, scene)
+    if callable(reid):
+        made = reid(scene)
+        if isinstance(made, Reidentifier):
+            return as_reidentifier(made, scene)
+    raise OptionError("reid", "must be a name, a Reidentifier, or what makes one for a scene", reid)
+
+
+def _aligned(scene: Scene, snapshot: Snapshot) -> tuple[Snapshot, float, list[str]]:
+    """The snapshot in the scene's frame, how sure that is, and what is to be said of it."""
+    raise OptionError("frame", "must be map: alignment is not there yet", "unknown")
+
+
+def _whole(
+    answer: Identification,
+    kept: IntArray,
+    reasons: tuple[str | None, ...],
+    said: tuple[str, ...],
+    sure: float,
+) -> Identification:
+    """The answer to some of the detections as one to all."""
+    n = len(reasons)
+    labels: list[str | None] = [None] * n
+    why = list(reasons)
+    for i, label, reason in zip(kept, answer.labels, answer.reason, strict=True):
+        labels[i], why[i] = label, reason
+    assurance = partial(_assured, answer, kept, n, said, sure)
+    return replace(
+        answer,
+        labels=tuple(labels),
+        cost=_placed(answer.cost, kept, n),
+        assurance=assurance,
+        reason=tuple(why),
+    )
+
+
+def _placed(values: FloatArray, kept: IntArray, n: int) -> FloatArray:
+    """Values of those kept among all N, NaN for the rest."""
+    result = np.full((n, *values.shape[1:]), np.nan)
+    result[kept] = values
+    return result
+
+
+def _assured(answer: Identification, kept: IntArray, n: int, said: tuple[str, ...], sure: float) -> Assurance:
+    runner_up: list[str | None] = [None] * n
+    for i, label in zip(kept, answer.runner_up, strict=True):
+        runner_up[i] = label
+    certified = answer.certified
+    if certified is not None:
+        certified = replace(certified, detections=tuple(int(kept[i]) for i in certified.detections))
+    # If the snapshot does not mean what it says, every answer is as probable as any other.
+    any_answer = (1 - sure) / (len(answer.candidates) + 1)
+    probability = answer.probability
+    return Assurance(
+        margin=_placed(answer.margin, kept, n),
+        runner_up=tuple(runner_up),
+        confidence=sure * _placed(answer.confidence, kept, n) + any_answer,
+        probability=None if probability is None else sure * _placed(probability, kept, n) + any_answer,
+        gone=answer.gone,
+        certified=certified,
+        warnings=(*said, *answer.warnings),
+    )

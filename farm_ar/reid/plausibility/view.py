@@ -1,0 +1,170 @@
+"""What cannot be seen or stand where it is said to be: outside the view or the bounds, one pose repeated."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from farm_ar.arrays import BoolArray, FloatArray
+from farm_ar.geometry import bearing, distance
+from farm_ar.reid.plausibility.finding import Finding, named, number
+from farm_ar.scenes import Camera, Detections, Scene, Snapshot
+
+SLACK = 0.05
+"""By what share of its distance from the camera, and of the bounds, a thing may lie outside."""
+
+CONVENTION = "clockwise from above, 0 along +z; degrees in files, radians in Python"
+
+MOSTLY = 0.8
+"""Share of the detections that a camera turned otherwise must have in view to be thought of."""
+
+
+def reach_of(seen: Detections, scene: Scene) -> FloatArray:
+    """(N,) half the diagonal of each detection's footprint, metres; the scene's usual one where not known."""
+    usual = np.hypot(scene.layout.size[:, 0], scene.layout.size[:, 2]) / 2
+    typical = float(np.nanmedian(usual)) if np.isfinite(usual).any() else 0.0
+    own = np.hypot(seen.size[:, 0], seen.size[:, 2]) / 2
+    return np.where(np.isnan(own), typical, own)
+
+
+def check_view(scene: Scene, snapshot: Snapshot) -> Iterator[Finding]:
+    """Detections outside the view of the camera, or a camera that looks another way than is said."""
+    seen, camera = snapshot.detections, snapshot.camera
+    reach = reach_of(seen, scene)
+    outside = _outside_view(seen, camera, float(camera.yaw), reach)
+    if not outside.any():
+        return
+    which = tuple(np.flatnonzero(outside).tolist())
+    how_many = f"{number(len(which))} of {len(seen)} outside the camera's view"
+    if outside.mean() >= MOSTLY:
+        for yaw, how in _other_headings(float(camera.yaw)):
+            if _outside_view(seen, camera, yaw, reach).mean() <= 1 - MOSTLY:
+                said = f"{how_many}, which would hold them if {how}: check the camera's heading and its frame"
+                yield Finding("camera", f"{said} ({CONVENTION})", which)
+                return
+    todo = "check the camera's pose, field of view and range, and that its frame and unit are the detections'"
+    yield Finding("view", f"{how_many} ({named([seen.ids[i] for i in which])}): {todo}", which)
+
+
+def _other_headings(yaw: float) -> Iterator[tuple[float, str]]:
+    yield yaw + np.pi, "it were turned around"
+    yield -yaw, "its heading had the other sign"
+    yield np.pi - yaw, "its heading were mirrored (z the other way)"
+    yield np.pi / 2 - yaw, "its heading were counter-clockwise from the x axis"
+    yield float(np.rad2deg(yaw)), "its heading were in radians and had been taken for degrees"
+
+
+def _outside_view(seen: Detections, camera: Camera, yaw: float, reach: FloatArray) -> BoolArray:
+    """(N,) which detections no part of a footprint of that reach brings into view."""
+    fov = camera.fov
+    away = distance(camera.position, seen.position)
+    angle = bearing(camera.position, np.asarray(yaw), seen.position)
+    slack = reach + SLACK * away
+    beyond = np.maximum(angle - fov.right, -angle - fov.left)
+    beyond = np.minimum(
+        beyond, np.where(angle > 0, 2 * np.pi - angle - fov.left, 2 * np.pi + angle - fov.right)
+    )
+    # How far it is to the edge of the view: to the line, or, behind it, to the camera.
+    aside = np.where(beyond < np.pi / 2, away * np.sin(np.clip(beyond, 0, np.pi / 2)), away)
+    outside: BoolArray = (away - fov.range_m > slack) | (aside > slack)
+    return outside
+
+
+def check_bounds(scene: Scene, snapshot: Snapshot) -> Iterator[Finding]:
+    """Labels, or detections, that stand outside the bounds."""
+    if scene.bounds is None:
+        return
+    corners = scene.bounds.corners
+    slack = SLACK * float(np.hypot(*np.ptp(corners, axis=0)))
+    layout, seen = scene.layout, snapshot.detections
+    across = np.hypot(layout.size[:, 0], layout.size[:, 2]) / 2
+    beyond = _outside_by(layout.position, scene) > slack + np.where(np.isnan(across), 0.0, across)
+    if beyond.any():
+        names = named([layout.labels[j] for j in np.flatnonzero(beyond)])
+        said = f"{number(int(beyond.sum()), 'label')} of {len(layout)} outside the scene's bounds ({names})"
+        todo = (
+            "give the bounds their origin, or leave them out; of data that is not Unity's declare the frame"
+        )
+        yield Finding("bounds", f"{said}: {todo}")
+    strays = _outside_by(seen.position, scene) > slack + reach_of(seen, scene)
+    if strays.any() and not beyond.mean() > 0.5:
+        which = tuple(np.flatnonzero(strays).tolist())
+        names = named([seen.ids[i] for i in which])
+        said = f"{number(len(which))} of {len(seen)} outside the scene's bounds ({names})"
+        yield Finding("bounds", f"{said}: check the snapshot's unit, origin and frame, or the bounds", which)
+
+
+def _outside_by(points: FloatArray, scene: Scene) -> FloatArray:
+    """(P,) how far points lie outside the bounds, metres; 0 within."""
+    assert scene.bounds is not None
+    start = scene.bounds.corners
+    along = np.roll(start, -1, axis=0) - start
+    offset = points[:, None] - start
+    part = np.clip((offset * along).sum(axis=-1) / (along**2).sum(axis=-1), 0.0, 1.0)
+    gap = np.linalg.norm(offset - part[..., None] * along, axis=-1).min(axis=1, initial=np.inf)
+    return np.where(scene.bounds.contains(points), 0.0, gap)
+
+
+def repeated_poses(scene: Scene, seen: Detections) -> list[tuple[int, ...]]:
+    """Groups of detections that have one pose, digit by digit, oftener than labels of the scene have one."""
+    groups = _same_rows(_poses(seen.position, seen.yaw, seen.elevation))
+    layout = scene.layout
+    usual = max(
+        (len(one) for one in _same_rows(_poses(layout.position, layout.yaw, layout.elevation))), default=1
+    )
+    return [group for group in groups if len(group) > usual]
+
+
+def _poses(position: FloatArray, yaw: FloatArray, elevation: FloatArray) -> FloatArray:
+    return (
+        np.column_stack([position, np.where(np.isnan(yaw), 1e9, yaw), elevation]) + 0.0
+    )  # no negative zeros
+
+
+def _same_rows(rows: FloatArray) -> list[tuple[int, ...]]:
+    groups: dict[bytes, list[int]] = {}
+    for i, row in enumerate(rows):
+        groups.setdefault(row.tobytes(), []).append(i)
+    return [tuple(group) for group in groups.values()]
+
+
+def at_nothing(scene: Scene, snapshot: Snapshot) -> tuple[BoolArray, BoolArray]:
+    """(N,) detections exactly at the origin, where no label is, or exactly at the camera."""
+    seen, camera, layout = snapshot.detections, snapshot.camera, scene.layout
+    zero = (seen.position == 0).all(axis=1) & ((seen.yaw == 0) | np.isnan(seen.yaw))
+    if (layout.position == 0).all(axis=1).any():
+        zero = np.zeros(len(seen), dtype=bool)
+    at_camera = (seen.position == camera.position).all(axis=1)
+    return zero, at_camera & ((seen.yaw == camera.yaw) | np.isnan(seen.yaw))
+
+
+def is_lost(scene: Scene, snapshot: Snapshot) -> BoolArray:
+    """(N,) detections whose pose is that of a tracker that has lost them.
+
+    It is exactly the camera's; or several have it to the last digit, at the origin, or of several categories.
+    """
+    seen = snapshot.detections
+    zero, lost = at_nothing(scene, snapshot)
+    for group in repeated_poses(scene, seen):
+        if len({seen.category[i] for i in group} - {None}) > 1 or zero[list(group)].any():
+            lost[list(group)] = True
+    return lost
+
+
+def check_poses(scene: Scene, snapshot: Snapshot) -> Iterator[Finding]:
+    """One pose repeated, or that of the origin or the camera: what trackers give for what they have lost."""
+    seen = snapshot.detections
+    same = sorted(i for group in repeated_poses(scene, seen) for i in group)
+    nothing = np.flatnonzero(np.logical_or(*at_nothing(scene, snapshot))).tolist()
+    lost = [i for i in nothing if i not in same]
+    for which, how in (
+        (same, "have one pose, to the last digit"),
+        (lost, "exactly at the origin or the camera"),
+    ):
+        if which:
+            x, z = seen.position[which[0]]
+            place = f"{named([seen.ids[i] for i in which])}, at {x:g}, {z:g}"
+            said = f"{number(len(which))} of {len(seen)} {how} ({place})"
+            todo = "leave out what the tracker has lost, or reports twice"
+            yield Finding("repeated", f"{said}: {todo}", tuple(which))

@@ -1,0 +1,208 @@
+"""`identify`: what cannot be identified is set aside with a reason, and the rest keeps its places."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+from farm_ar.errors import OptionError
+from farm_ar.reid import LikelihoodReid, NearestReid, Reidentifier, SpatialReid, identify
+from farm_ar.scenes import Camera, Detections, FieldOfView, Layout, Scene, Snapshot
+
+
+@pytest.fixture
+def scene():
+    """Four chairs in a row and a table, 2 m apart."""
+    position = np.array([(1.0 + 2 * k, 3.0) for k in range(5)])
+    size = np.array([(0.5, 0.9, 0.5)] * 4 + [(1.4, 0.7, 0.8)])
+    layout = Layout(
+        ("ada", "ben", "cleo", "dan", "desk"), ("chair",) * 4 + ("table",), position, np.zeros(5), size
+    )
+    return Scene("row", (10.0, 6.0), layout)
+
+
+def snapshot(scene, **changes):
+    """All five as they stood, with some values changed; `extra` ones are appended."""
+    layout = scene.layout
+    camera = Camera(np.array([5.0, -2.0]), np.asarray(0.0), FieldOfView(1.2, 1.2, 12.0))
+    values = {
+        "category": layout.category,
+        "position": layout.position,
+        "yaw": layout.yaw,
+        "size": layout.size,
+    }
+    return Snapshot(camera, Detections(**values | changes))
+
+
+def again(scene, k, shift=(0.0, 0.0), **changes):
+    """All five, and one of them a second time, a little off."""
+    layout = scene.layout
+    return snapshot(
+        scene,
+        **{
+            "category": (*layout.category, layout.category[k]),
+            "position": np.vstack([layout.position, layout.position[k] + shift]),
+            "yaw": np.append(layout.yaw, layout.yaw[k]),
+            "size": np.vstack([layout.size, layout.size[k]]),
+        }
+        | changes,
+    )
+
+
+@pytest.mark.parametrize("reid", ["spatial", "likelihood", "relational", "nearest"])
+def test_without_anything_to_set_aside_the_answer_is_the_methods_own(scene, reid):
+    from farm_ar.reid import REIDENTIFIERS
+
+    mine, its = identify(scene, snapshot(scene), reid), REIDENTIFIERS[reid](scene).identify(snapshot(scene))
+    assert mine.labels == its.labels == scene.layout.labels
+    for name in ("cost", "margin", "confidence"):
+        np.testing.assert_array_equal(getattr(mine, name), getattr(its, name))
+    assert (mine.runner_up, mine.reason, mine.warnings) == (its.runner_up, its.reason, its.warnings)
+
+
+def test_a_category_that_the_scene_lacks_has_a_reason_and_leaves_the_rest_in_place(scene):
+    seen = snapshot(scene, category=("chair", "plate", "chair", "Chair", "table"))
+    found = identify(scene, seen, "likelihood")
+    assert found.labels == ("ada", None, "cleo", None, "desk")
+    assert found.reason[1] == "the scene has no 'plate', only chair, table"
+    assert found.reason[3] == "the scene has no 'Chair', only chair, table (is it 'chair'?)"
+    kept = [0, 2, 4]
+    rest = Snapshot(
+        seen.camera,
+        Detections(
+            ("chair", "chair", "table"),
+            *(getattr(seen.detections, one)[kept] for one in ("position", "yaw", "size")),
+        ),
+    )
+    alone = LikelihoodReid(scene).identify(rest)
+    for name in ("cost", "margin", "confidence", "probability"):
+        values = getattr(found, name)
+        np.testing.assert_array_equal(values[kept], getattr(alone, name))
+        assert np.isnan(values[[1, 3]]).all()
+    assert [found.runner_up[i] for i in kept] == list(alone.runner_up)
+    copy = pickle.loads(pickle.dumps(found))
+    assert (copy.labels, copy.reason, copy.warnings) == (found.labels, found.reason, found.warnings)
+
+
+@pytest.mark.parametrize(
+    ("reid"),
+    [SpatialReid, lambda scene: SpatialReid(scene), NearestReid],
+)
+def test_a_class_a_function_and_an_instance_serve_as_the_method(scene, reid):
+    for one in (reid, reid(scene)):
+        assert identify(scene, snapshot(scene), one).labels == scene.layout.labels
+
+
+def test_a_method_or_a_frame_that_is_not_known_is_refused(scene):
+    with pytest.raises(OptionError, match=r"^reid: must be one of "):
+        identify(scene, snapshot(scene), "magic")
+    with pytest.raises(OptionError, match=r"^reid: must be a name"):
+        identify(scene, snapshot(scene), 7)
+    with pytest.raises(OptionError, match=r"^frame: must be one of map, unknown, got 'mine'"):
+        identify(scene, snapshot(scene), "spatial", frame="mine")
+
+
+class Twice(Reidentifier):
+    """What counts how many detections it is asked about."""
+
+    def __init__(self, scene):
+        self.scene, self.asked = scene, []
+
+    def identify(self, snapshot):
+        self.asked.append(len(snapshot.detections))
+        return SpatialReid(self.scene).identify(snapshot)
+
+
+@pytest.mark.parametrize("shift", [(0.0, 0.0), (0.01, 0.005)])
+def test_of_a_thing_detected_twice_the_less_sure_detection_is_set_aside(scene, shift):
+    sure = np.ones(6)
+    sure[1] = 0.4
+    rule = Twice(scene)
+    found = identify(scene, again(scene, 1, shift, confidence=sure), rule)
+    assert found.labels == ("ada", None, "cleo", "dan", "desk", "ben")
+    assert found.reason[1] == "the same thing as detection 5"
+    assert rule.asked == [5]
+    sure[1] = 1.0
+    assert (
+        identify(scene, again(scene, 1, shift, confidence=sure)).reason[5] == "the same thing as detection 1"
+    )
+
+
+def test_a_second_detection_without_a_category_is_the_same_thing(scene):
+    found = identify(scene, again(scene, 4, category=(*scene.layout.category, None)), "spatial")
+    assert found.labels[5] is None
+
+
+def test_what_stands_near_above_or_is_of_another_category_is_another_thing(scene):
+    layout = scene.layout
+    beside = again(scene, 1, (0.3, 0.0))
+    assert identify(scene, beside, "spatial").reason == (None,) * 6
+    above = again(scene, 1, elevation=np.array([0, 0, 0, 0, 0, 1.0]))
+    assert identify(scene, above, "spatial").reason == (None,) * 6
+    other = again(scene, 1, (0.0, 0.01), category=(*layout.category, "table"))
+    assert identify(scene, other, "spatial").reason == (None,) * 6
+
+
+def test_things_that_coincide_in_the_map_may_coincide_in_a_snapshot(scene):
+    layout = scene.layout
+    piled = scene.knowing(
+        layout.with_poses(
+            np.vstack([layout.position[:3], layout.position[2:3], layout.position[4:]]), layout.yaw
+        )
+    )
+    found = identify(piled, snapshot(piled), "spatial")
+    assert sorted(found.labels) == sorted(layout.labels)
+
+
+def test_where_more_are_detected_than_there_are_less_must_coincide(scene):
+    five_chairs = again(scene, 1, (0.15, 0.0))
+    assert identify(scene, five_chairs, "spatial").reason[5] == "the same thing as detection 1"
+    layout = scene.layout
+    fewer = layout.subset([0, 1, 2, 3])
+    four = Snapshot(
+        five_chairs.camera,
+        Detections(
+            ("chair",) * 3,
+            [*fewer.position[:2], fewer.position[1] + (0.15, 0.0)],
+            np.zeros(3),
+            fewer.size[:3],
+        ),
+    )
+    assert identify(scene, four, "spatial").reason == (None,) * 3
+
+
+def test_poses_of_lost_trackers_are_set_aside_and_the_rest_is_identified(scene):
+    position, yaw = scene.layout.position.copy(), scene.layout.yaw.copy()
+    position[[0, 3]], yaw[[0, 3]] = 0.0, 0.0
+    found = identify(scene, snapshot(scene, position=position, yaw=yaw), "spatial")
+    assert found.labels == (None, "ben", "cleo", None, "desk")
+    assert all("no measurement" in found.reason[i] for i in (0, 3))
+    assert any("have one pose, to the last digit" in said for said in found.warnings)
+
+
+def test_a_snapshot_that_fits_far_better_mirrored_is_not_answered_with_confidence(scene):
+    rng = np.random.default_rng(0)
+    position = rng.uniform(0.5, 5.5, (5, 2)) * (1.6, 1.0)
+    known = scene.knowing(scene.layout.with_poses(position, rng.uniform(-3, 3, 5)))
+    right = identify(known, snapshot(known))
+    assert right.confidence.min() > 0.9
+    wrong = identify(known, snapshot(known, position=known.layout.position * (1, -1), yaw=-known.layout.yaw))
+    assert any("mirrored" in said for said in wrong.warnings)
+    assert np.nanmax(wrong.confidence) < 0.3
+    np.testing.assert_allclose(wrong.probability.sum(axis=1), 1.0)
+    unchecked = identify(known, snapshot(known, position=known.layout.position * (1, -1)), checks=False)
+    assert unchecked.warnings == ()
+
+
+def test_nothing_detected_is_an_empty_answer(scene):
+    nothing = Snapshot(snapshot(scene).camera, Detections((), [], [], []))
+    for reid in ("spatial", "likelihood"):
+        found = identify(scene, nothing, reid)
+        assert (found.labels, found.reason, found.warnings) == ((), (), ())
+
+
+def test_all_set_aside_is_an_answer_of_none(scene):
+    found = identify(scene, snapshot(scene, category=("plate",) * 5), "likelihood")
+    assert found.labels == (None,) * 5
+    assert None not in found.reason
+    assert any("the scene has no plate, only chair, table" in said for said in found.warnings)
