@@ -33,6 +33,8 @@ import numba
 from numba.core import caching, event
 from numba.core.serialize import dumps
 
+from farm_ar.inner_kernels import Kernel, rebuilt, reduced
+
 Function = TypeVar("Function", bound=Callable[..., Any])
 ErrorModel = Literal["python", "numpy"]
 Inline = Literal["never", "always"]
@@ -66,9 +68,11 @@ def compiled(
     """
     if function is None:
         return functools.partial(compiled, error_model=error_model, inline=inline)
+    if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
+        return function
     # A wrapper for callers in C, whom there are none, would be a tenth of the compiling.
-    options: dict[str, Any] = {"nogil": True, "no_cfunc_wrapper": True, "error_model": error_model}
-    kernel: Any = numba.njit(inline=inline, **options)(function)
+    options: dict[str, Any] = {"nopython": True, "nogil": True, "no_cfunc_wrapper": True, "inline": inline}
+    kernel: Any = Kernel(function, targetoptions=options | {"error_model": error_model})
     with contextlib.suppress(RuntimeError):  # Numba's word for: nowhere to keep it
         kernel._cache = _Cache(function)
     return kernel  # type: ignore[no-any-return]
@@ -201,6 +205,21 @@ class _Cache(caching.FunctionCache):
         """Keep what was compiled, if there is room."""
         with contextlib.suppress(OSError):
             super().save_overload(sig, data)  # type: ignore[no-untyped-call]
+
+    def load_inner(self, arguments: Any, target: Any) -> Any:
+        """What was compiled for calls from kernels, or `None`."""
+        target.refresh()
+        kept = self._cache_file.load(self._inner_key(arguments, target))
+        return None if kept is None else rebuilt(target, kept)
+
+    def save_inner(self, arguments: Any, result: Any) -> None:
+        """Keep what was compiled for calls from kernels, if there is room and it holds in other processes."""
+        if self._impl.check_cachable(result):
+            with contextlib.suppress(OSError):
+                self._cache_file.save(self._inner_key(arguments, result.target_context), reduced(result))
+
+    def _inner_key(self, arguments: Any, target: Any) -> Any:
+        return ("inner", *self._index_key(arguments, target.codegen()))  # type: ignore[no-untyped-call]
 
 
 class _Files:

@@ -15,7 +15,7 @@ import pytest
 from numba.core.dispatcher import Dispatcher
 
 import farm_ar
-from farm_ar import kernels
+from farm_ar import inner_kernels, kernels
 from farm_ar.agents.policies import beam_search
 from farm_ar.envs import env
 
@@ -93,7 +93,8 @@ def package(tmp_path: Path) -> Path:
     for name, content in FILES.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(content)
-    shutil.copy(inspect.getfile(kernels), folder)
+    for module in (kernels, inner_kernels):
+        shutil.copy(inspect.getfile(module), folder)
     return folder
 
 
@@ -197,7 +198,7 @@ def test_a_damaged_file_is_compiled_anew(package):
 
 
 ANNOUNCED = """
-from farm_ar import kernels
+from farm_ar import inner_kernels, kernels
 kernels.PATIENCE_S = 0.0
 kernels.COMPILED.update(one=("numbers", 3), two=("others", 4))
 from farm_ar.one import one
@@ -242,10 +243,55 @@ def test_short_compiling_quiet_processes_and_workers_say_nothing(package):
     assert list(package.rglob("one.one-*.nbc"))
 
 
+POSITIVE = """
+@compiled
+def positive(x):
+    if x < 0.0:
+        raise ValueError("too small", x)
+    return x
+"""
+RAISES = """
+from farm_ar.one import one
+from farm_ar.inside import inner
+for kernel in {}:
+    try:
+        kernel(-1.0)
+    except ValueError as problem:
+        print(problem.args[1], sum(kernel.stats.cache_hits.values()))
+    print(kernel(3.0), sum(kernel.stats.cache_hits.values()))
+"""
+
+
+def test_what_kernels_have_called_can_be_called_from_python_too_and_the_other_way_round(package):
+    inner = package / "inside/inner.py"
+    inner.write_text(inner.read_text().replace("* x", "* positive(x)") + POSITIVE)
+    for order in ("(one, inner)", "(inner, one)"):
+        assert run(package, RAISES.format(order)) == [(-1.0, False), (7.0, False)] * 2
+        assert run(package, RAISES.format(order)) == [(-1.0, True), (7.0, True)] * 2
+        for file in package.rglob("*.nbc"):
+            file.unlink()
+
+
+def test_a_new_caller_takes_what_it_calls_from_the_disk(package):
+    run(package)
+    (package / "one.py").write_text(FILES["one.py"].replace("middle(x)", "middle(x) + 1.0"))
+    code = PRINT.replace("(one, two, apart)", "(one,)") + "from farm_ar.inside import inner\n"
+    code += "print(len(inner.overloads), sum(inner.stats.cache_hits.values()))\n"
+    assert run(package, code) == [(8.0, False), (1.0, True)]
+
+
+def test_collecting_garbage_goes_on_after_compiling(package):
+    code = "import gc\nfrom farm_ar.one import one\none(1.0)\nprint(int(gc.isenabled()), 0)\n"
+    assert run(package, code)[0][0] == 1
+    assert run(package, code.replace("one(1.0)", "gc.disable(); one(1)"))[0][0] == 0
+
+
 def test_no_kernel_is_compiled_past_the_decorator():
     folder = Path(inspect.getfile(farm_ar)).parent
-    using = [file for file in folder.rglob("*.py") if re.search(r"\b(n?jit|vectorize)\(", file.read_text())]
-    assert using == [folder / "kernels.py"]
+    using = [
+        file for file in folder.rglob("*.py") if re.search(r"\b(n?jit|vectorize|Kernel)\(", file.read_text())
+    ]
+    assert sorted(using) == [folder / "inner_kernels.py", folder / "kernels.py"]
 
 
 def test_the_key_of_every_kernel_covers_all_kernels_and_modules_that_it_names():

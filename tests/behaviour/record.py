@@ -3,6 +3,8 @@
     python tests/behaviour/record.py record OUT.npz [PATTERN]
     python tests/behaviour/record.py compare OLD.npz [PATTERN]
 
+With PATTERN, `record` records those cases of an existing file anew and keeps the others as they are.
+
 A case (of `episodes`, `answers`, `commands`, `mistakes`) gives named values: arrays of numbers, held to a
 tolerance, and JSON values, held exactly. PATTERN, a regular expression, chooses cases by name. Cases of the
 authors' layouts need FARM_AR_PAPER_SCENES; without it they are left out of either.
@@ -151,7 +153,11 @@ def main() -> None:
     """Run from the command line."""
     command, path, *pattern = sys.argv[1:]
     if command == "record":
-        save(dict(record(*pattern)), Path(path))
+        kept = load(Path(path)) if pattern and Path(path).exists() else {}
+        save(
+            {name: v for name, v in kept.items() if not re.search(*pattern, name)} | dict(record(*pattern)),
+            Path(path),
+        )
     elif command == "compare":
         count = 0
         for count, line in enumerate(compare(load(Path(path)), *pattern), 1):  # noqa: B007

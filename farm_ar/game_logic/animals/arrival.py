@@ -169,7 +169,9 @@ def redirect(herd: Herd, goal_end: FloatArray, changed: BoolArray) -> bool:
             for axis in range(2):
                 rest[0, 2, axis] += goal_end[animal.goal, axis] - rest[0, 3, axis]
                 rest[0, 3, axis] = goal_end[animal.goal, axis]
-            animal.curve[:] = rest[0]
+            for i in range(4):
+                for axis in range(2):
+                    animal.curve[i, axis] = rest[0, i, axis]
             animal.start = max(animal.start, clock.now)
     return turned
 
@@ -304,7 +306,9 @@ def cut(curve: FloatArray, parameter: FloatArray, rest: FloatArray) -> None:
     """
     for a in range(len(curve)):
         t = parameter[a]
-        rest[a] = curve[a]
+        for i in range(4):
+            for axis in range(2):
+                rest[a, i, axis] = curve[a, i, axis]
         for level in range(3, 0, -1):
             for i in range(level):
                 for axis in range(2):

@@ -297,8 +297,9 @@ def assess_batch(seen: Seen, known: Known, rule: Rule, answer: Answer) -> None:
     half_turn = np.empty((2, m_total))
     for b in range(b_total):
         if b == 0 or len(known.yaw) > 1:
-            half = known.yaw[b % len(known.yaw)] / 2
-            half_turn[0], half_turn[1] = np.sin(half), np.cos(half)
+            for label in range(m_total):
+                half = known.yaw[b % len(known.yaw), label] / 2
+                half_turn[0, label], half_turn[1, label] = np.sin(half), np.cos(half)
         turns, codes = seen.order[b % len(seen.order)], seen.category[b % len(seen.category)]
         n = seen.number[b]
         detected[:] = 0
