@@ -103,6 +103,7 @@ def ask_all(
     executor: Executor | None = None,
     watch: Watcher = lambda standing: None,
     fresh: bool = False,
+    version: str | None = None,
 ) -> Answers:
     """Put all snapshots to all methods. What is in the store is not asked again.
 
@@ -115,6 +116,7 @@ def ask_all(
         executor: where the work is done; by default in this process.
         watch: is told how far it is.
         fresh: whether to forget what is in the store.
+        version: of the code, by hand; by default the hash of all of it.
 
     Raises:
         StoreError: the store cannot be used.
@@ -128,7 +130,7 @@ def ask_all(
                     code = "" if method in REIDENTIFIERS else code_version(method)
                     calls.append({"source": vars(source), "row": row, "method": method, "code": code, **part})
                 sizes[method, row] = source, count
-    sweep = Sweep("benchmark", answer_part, calls)
+    sweep = Sweep("benchmark", answer_part, calls, version=version)
     found = run_sweep(sweep, store, executor, fresh=fresh, watch=watch)
     parts: dict[tuple[str, str], list[tuple[int, Mapping[str, Any], float]]] = {}
     for _, outcome in found.finished():

@@ -49,7 +49,7 @@ def read_scene(name: str, room: str | None) -> Scene:
     """A scene by the name of its file, or by its own name if it is built in.
 
     Raises:
-        OptionError: it is neither, or the room is missing where it is needed, or given where it is not.
+        OptionError: it is neither, or the room is given where it is not needed.
         SceneError: the file cannot be used.
     """
     if Path(name).suffix.lower() in (".json", ".csv"):
@@ -64,11 +64,11 @@ def read_scene_file(path: str, room: str | None) -> Scene:
     """A scene from its file, JSON or CSV.
 
     Raises:
-        OptionError: it is neither, or the room is missing where it is needed, or given where it is not.
+        OptionError: it is neither, or the room is given where it is not needed.
         SceneError: the file cannot be used.
     """
     if _is_csv("scene", path):
-        return load_scene_csv(path, room_size(need("--room", room, f"with a scene in CSV, as {ROOM}")))
+        return load_scene_csv(path, None if room is None else room_size(room))
     refuse([("--room", room)], "with a scene in JSON, which has its own size_m")
     return load_scene(path)
 

@@ -60,7 +60,7 @@ def describe(scene: Scene) -> str:
 def left_out(scene: Scene) -> Iterator[str]:
     """What a picture of a scene does not show, a line each."""
     layout = scene.layout
-    strays = np.flatnonzero(~in_picture(layout.position, scene.size))
+    strays = np.flatnonzero(~in_picture(layout.position, scene))
     if len(strays):
         places = zip(layout.labels, layout.position.tolist(), strict=True)
         named = [f"{label} ({x:g}, {z:g})" for label, (x, z) in places]
@@ -166,8 +166,11 @@ def _values(numbers: FloatArray) -> list[float | None]:
 
 
 def _room(scene: Scene) -> str:
-    width, depth = scene.size
-    return f"{width:g}x{depth:g} m"
+    if scene.room is not None:
+        return f"{scene.room[0]:g}x{scene.room[1]:g} m"
+    if scene.bounds is None:
+        return "no bounds"
+    return f"bounds of {len(scene.bounds.corners)} corners, {scene.area:.4g} m²"
 
 
 def some(names: list[str], most: int = 20) -> str:
@@ -187,7 +190,7 @@ def picture_of_scene(scene: Scene, camera: Camera | None, path: Path) -> None:
     Raises:
         OptionError: the file cannot be written.
     """
-    figure, axes = new_picture(scene.size)
+    figure, axes = new_picture(scene)
     draw_scene(axes, scene, camera=camera)
     with writing("--out", path):
         save_picture(figure, path)
@@ -205,7 +208,7 @@ def picture_of_identification(
     Raises:
         OptionError: the file cannot be written.
     """
-    figure, axes = new_picture(scene.size)
+    figure, axes = new_picture(scene)
     draw_identification(axes, scene, snapshot, found, truth)
     with writing("--plot", path):
         save_picture(figure, path)

@@ -89,11 +89,12 @@ def validate(
 
     scene = read_scene_file(file, room)
     print_line(f"{file}: a valid scene: {describe(scene)}")
-    width, depth = scene.size
-    places = zip(scene.layout.labels, scene.layout.position.tolist(), strict=True)
-    away = [label for label, (x, z) in places if not (0 <= x <= width and 0 <= z <= depth)]
-    if away:
-        print_line(f"Note: outside the room [0, w] x [0, d] stand {some(away)}")
+    if scene.bounds is not None:
+        inside = scene.bounds.contains(scene.layout.position)
+        away = [label for label, within in zip(scene.layout.labels, inside, strict=True) if not within]
+        if away:
+            where = "the bounds" if scene.room is None else "the room [0, w] x [0, d]"
+            print_line(f"Note: outside {where} stand {some(away)}")
 
 
 KINDS = {

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
@@ -12,7 +14,7 @@ from farm_ar.arrays import FloatArray
 from farm_ar.drawing.palette import VIEW, WALK
 from farm_ar.drawing.tags import Obstacle
 from farm_ar.geometry import direction, distance, equally_spaced, view_polygon
-from farm_ar.scenes import Camera, CameraPath
+from farm_ar.scenes import Bounds, Camera, CameraPath
 
 _HEADING = 0.25
 """Length of the heading line as a part of the range drawn."""
@@ -20,11 +22,11 @@ _HEADING = 0.25
 _ARROWS = 8
 
 
-def draw_view(axes: Axes, camera: Camera, room_size: tuple[float, float]) -> Polygon:
+def draw_view(axes: Axes, camera: Camera, bounds: Bounds | None) -> Polygon:
     """The field of view as a translucent wedge, the camera as a dot, its heading as a line; the wedge.
 
-    A range that reaches beyond the axes is drawn to their farthest corner. What a camera in the room sees
-    ends at the walls.
+    A range that reaches beyond the axes is drawn to their farthest corner. What a camera within the bounds
+    sees ends there.
     """
     corners = np.array([(x, z) for x in axes.get_xlim() for z in axes.get_ylim()])
     reach = min(camera.fov.range_m, float(distance(camera.position, corners).max()))
@@ -34,12 +36,20 @@ def draw_view(axes: Axes, camera: Camera, room_size: tuple[float, float]) -> Pol
     axes.add_patch(wedge)
     ahead = np.stack([camera.position, camera.position + _HEADING * reach * direction(yaw)])
     (line,) = axes.plot(*ahead.T, color=VIEW, linewidth=1.1, zorder=4.6)
-    if np.all((camera.position >= 0) & (camera.position <= room_size)):
-        walls = Rectangle((0.0, 0.0), *room_size, transform=axes.transData)
+    if bounds is not None and bounds.contains(camera.position):
+        walls = outline_of(bounds)
+        walls.set_transform(axes.transData)
         wedge.set_clip_path(walls)
         line.set_clip_path(walls)
     axes.plot(*camera.position, "o", color=VIEW, markersize=4.5, markeredgewidth=0.0, zorder=4.7)
     return wedge
+
+
+def outline_of(bounds: Bounds, **style: Any) -> Rectangle | Polygon:
+    """The bounds as a shape to draw or to clip by."""
+    if bounds.room is not None:
+        return Rectangle((0.0, 0.0), *bounds.room, **style)
+    return Polygon(bounds.corners, **style)
 
 
 def draw_path(axes: Axes, path: CameraPath) -> Line2D:

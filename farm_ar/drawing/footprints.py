@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch, Polygon
 
-from farm_ar.arrays import FloatArray
+from farm_ar.arrays import BoolArray, FloatArray
 from farm_ar.drawing.palette import INK, SMALL, UNKNOWN_FILL, Fill
 from farm_ar.drawing.tags import shortened
 from farm_ar.geometry import direction, footprint_corners
@@ -18,6 +18,18 @@ MOST_NAMES = 40
 
 _NOTCH = 0.2
 """Height of a heading mark as a part of the footprint's shorter side."""
+
+
+def shown(yaw: FloatArray, size: FloatArray, usual: float) -> tuple[FloatArray, FloatArray]:
+    """Headings (N,) and sizes (N, 3) to draw where they are not known: along z, and squares of a usual side.
+
+    Where some sizes are known, their median is the usual one.
+    """
+    unknown: BoolArray = np.any(np.isnan(size), axis=-1)
+    if unknown.any():
+        side = np.full(3, usual) if unknown.all() else np.median(size[~unknown], axis=0)
+        size = np.where(unknown[:, None], side, size)
+    return np.where(np.isnan(yaw), 0.0, yaw), size
 
 
 def draw_filled(
@@ -110,9 +122,10 @@ def _level(size: FloatArray) -> FloatArray:
     return 3.0 + np.searchsorted(np.sort(below), below) / max(len(below), 1)
 
 
-def with_heading(category: Sequence[str | None], symmetry: Mapping[str, float]) -> list[int]:
-    """Indices of the objects that have a front: all but those that look the same however they are turned."""
-    return [i for i, name in enumerate(category) if name is None or symmetry.get(name) != 0]
+def with_heading(category: Sequence[str | None], symmetry: Mapping[str, float], yaw: FloatArray) -> list[int]:
+    """Indices of the objects whose front is known; those that look the same however turned have none."""
+    front = [name is None or symmetry.get(name) != 0 for name in category]
+    return [i for i, has in enumerate(front) if has and not np.isnan(yaw[i])]
 
 
 def draw_legend(axes: Axes, fills: Mapping[str, Fill], shown: Collection[str | None]) -> None:

@@ -16,10 +16,11 @@ from farm_ar.drawing.footprints import (
     draw_headings,
     draw_legend,
     draw_outlines,
+    shown,
     with_heading,
 )
 from farm_ar.drawing.palette import FAINT, FAINTEST, INK, RIGHT, SMALL, WRONG, category_fills
-from farm_ar.drawing.pictures import in_picture, margin, widen
+from farm_ar.drawing.pictures import Area, in_picture, widen
 from farm_ar.drawing.scenes import MOST_LABELS, draw_room, object_tags
 from farm_ar.drawing.tags import Obstacle, Tag, add_tags
 from farm_ar.errors import SnapshotError
@@ -65,32 +66,39 @@ def draw_identification(
     if truth is not None:
         _check_count("truth", truth, len(seen))
     draw_room(axes, scene, cells=False)
-    shown = in_picture(seen.position, scene.size)
-    corners = footprint_corners(seen.position[shown], seen.yaw[shown], seen.size[shown])
-    widen(axes, np.vstack([snapshot.camera.position, *corners]), margin(scene.size))
-    draw_view(axes, snapshot.camera, scene.size)
-    draw_outlines(axes, scene.layout.position, scene.layout.yaw, scene.layout.size, FAINTEST)
+    area = Area.of(scene)
+    near = in_picture(seen.position, area)
+    yaw, size = shown(seen.yaw, seen.size, area.margin)
+    corners = footprint_corners(seen.position[near], yaw[near], size[near])
+    widen(axes, np.vstack([snapshot.camera.position, *corners]), area.margin)
+    draw_view(axes, snapshot.camera, scene.bounds)
+    known = scene.layout
+    draw_outlines(axes, known.position, *shown(known.yaw, known.size, area.margin), FAINTEST)
     fills = category_fills((*scene.layout.categories, *(name for name in seen.category if name is not None)))
-    draw_filled(axes, seen.position, seen.yaw, seen.size, seen.category, fills)
-    draw_headings(axes, seen.position, seen.yaw, seen.size, with_heading(seen.category, scene.symmetry))
-    tags = _verdict_tags(seen, identification.labels, truth)
+    draw_filled(axes, seen.position, yaw, size, seen.category, fills)
+    front = with_heading(seen.category, scene.symmetry, seen.yaw)
+    draw_headings(axes, seen.position, yaw, size, front)
+    tags = _verdict_tags(seen, (yaw, size), identification.labels, truth)
     obstacles = _draw_moves(axes, scene, seen, tags, identification.labels)
     if len(seen) > MOST_LABELS:
         tags, obstacles = [], []
     if reference_labels:
-        tags += object_tags(scene.layout, FAINT, _REFERENCE_SIZE, _GROUND)
+        tags += object_tags(scene.layout, FAINT, _REFERENCE_SIZE, _GROUND, area.margin)
     add_tags(axes, tags, obstacles)
     if legend:
         draw_legend(axes, fills, set(seen.category))
 
 
 def _verdict_tags(
-    seen: Detections, labels: Sequence[str | None], truth: Sequence[str | None] | None
+    seen: Detections,
+    drawn: tuple[FloatArray, FloatArray],
+    labels: Sequence[str | None],
+    truth: Sequence[str | None] | None,
 ) -> list[Tag]:
     """A tag beside each detection that says what it was taken for."""
     tags = []
-    corners = footprint_corners(seen.position, seen.yaw, seen.size)
-    for i, area in enumerate(areas(seen.size)):
+    corners = footprint_corners(seen.position, *drawn)
+    for i, area in enumerate(areas(drawn[1])):
         text, color = _verdict(labels[i], truth, i)
         tags.append(Tag(text, corners[i], color, SMALL, boxed=True, level=-float(area)))
     return tags

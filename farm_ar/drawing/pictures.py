@@ -1,4 +1,4 @@
-"""The page: a figure with one room on it, seen from above, and writing it to a file."""
+"""The page: a figure with one place on it, seen from above, and writing it to a file."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import io
 import os
 import warnings
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -17,6 +17,7 @@ from matplotlib.ticker import MaxNLocator
 from farm_ar.arrays import BoolArray, FloatArray
 from farm_ar.drawing.palette import FAINT, INK, SMALL
 from farm_ar.errors import OptionError
+from farm_ar.scenes import Scene
 from farm_ar.scenes.files import whole_file
 
 _METADATA: dict[str, dict[str, str | None]] = {
@@ -41,21 +42,58 @@ LONGEST_SIDES = 6.0
 _MARGIN = 0.035
 
 
-def new_picture(room_size: tuple[float, float], width_in: float = 6.0) -> tuple[Figure, Axes]:
-    """A figure whose axes hold one room, x to the right and z up the page.
+class Area(NamedTuple):
+    """The rectangle along the axes that a picture shows at least: its least and largest (x, z), metres."""
+
+    low: FloatArray
+    high: FloatArray
+
+    @classmethod
+    def of(cls, place: Scene | tuple[float, float] | Area) -> Area:
+        """That of a room [0, w] x [0, d], or of the bounds of a scene, or else of what stands in it."""
+        if isinstance(place, Area):
+            return place
+        if not isinstance(place, Scene):
+            return cls(np.zeros(2), np.array(place, dtype=np.float64))
+        points = place.layout.position if place.bounds is None else place.bounds.corners
+        if not len(points):
+            return cls(np.zeros(2), np.full(2, place.diagonal))
+        low, high = points.min(axis=0), points.max(axis=0)
+        middle, half = (low + high) / 2, (high - low) / 2
+        half = np.maximum(half, max(half.max(), place.diagonal / 2) / LONGEST_SIDES)
+        return cls(low, high) if place.bounds is not None else cls(middle - half, middle + half)
+
+    @property
+    def size(self) -> FloatArray:
+        """(2,) its width and depth, metres."""
+        return self.high - self.low
+
+    @property
+    def margin(self) -> float:
+        """Free space that is left around what a picture must show, metres."""
+        return float(_MARGIN * self.size.max())
+
+
+Place = Scene | tuple[float, float] | Area
+"""A scene, the size of a room, or an area, where a picture is of."""
+
+
+def new_picture(place: Place, width_in: float = 6.0) -> tuple[Figure, Axes]:
+    """A figure whose axes hold one place, x to the right and z up the page.
 
     Args:
-        room_size: width and depth of the room, metres.
+        place: a scene, or width and depth of a room, metres.
         width_in: width of the axes, inches; a legend and the axis labels come on top of it.
     """
     figure = Figure(figsize=(width_in, width_in), dpi=100, facecolor="white")
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-    set_up_axes(axes, room_size)
+    set_up_axes(axes, place)
     return figure, axes
 
 
-def set_up_axes(axes: Axes, room_size: tuple[float, float]) -> None:
-    """Make axes those of a room [0, w] x [0, d]: in metres, with equal scales and a margin around it."""
+def set_up_axes(axes: Axes, place: Place) -> None:
+    """Make axes those of a place: in metres, with equal scales and a margin around it."""
+    area = Area.of(place)
     axes.set_aspect("equal")
     for side in ("top", "right", "left", "bottom"):
         axes.spines[side].set_visible(False)
@@ -63,14 +101,9 @@ def set_up_axes(axes: Axes, room_size: tuple[float, float]) -> None:
     for axis, name in ((axes.xaxis, "x"), (axes.yaxis, "z")):
         axis.set_major_locator(MaxNLocator(8, steps=[1, 2, 5, 10]))
         axis.set_label_text(f"{name} (m)", fontsize=SMALL, color=INK)
-    axes.set_xlim(0.0, room_size[0])
-    axes.set_ylim(0.0, room_size[1])
-    widen(axes, np.array([(0.0, 0.0), room_size]), margin(room_size))
-
-
-def margin(room_size: tuple[float, float]) -> float:
-    """Free space that is left around what a picture must show, metres."""
-    return _MARGIN * max(room_size)
+    axes.set_xlim(area.low[0], area.high[0])
+    axes.set_ylim(area.low[1], area.high[1])
+    widen(axes, np.array(area), area.margin)
 
 
 def widen(axes: Axes, points: FloatArray, margin_m: float) -> None:
@@ -96,13 +129,14 @@ def widen(axes: Axes, points: FloatArray, margin_m: float) -> None:
         figure.set_figheight(float(figure.get_figwidth() * height / width))
 
 
-def in_picture(position: FloatArray, room_size: tuple[float, float]) -> BoolArray:
+def in_picture(position: FloatArray, place: Place) -> BoolArray:
     """Which of (N, 2) places a picture shows: a few strays far from the room would make a speck of it.
 
-    Strays are farther from the room than three of its longer sides; where most places are, all are shown.
+    Strays are farther from the area than three of its longer sides; where most places are, all are shown.
     """
-    reach = FARTHEST * max(room_size)
-    away = np.maximum(-position, position - np.asarray(room_size)).max(axis=-1, initial=0.0)
+    area = Area.of(place)
+    reach = FARTHEST * area.size.max()
+    away = np.maximum(area.low - position, position - area.high).max(axis=-1, initial=0.0)
     near: BoolArray = away <= reach
     return near if 2 * np.count_nonzero(near) >= len(near) else np.ones_like(near)
 

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from math import cos, pi, sin, sqrt
+from math import cos, pi, sin
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from farm_ar.arrays import FloatArray, IntArray
+from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.envs.ordering import Objects, introduce
 from farm_ar.game_logic import visibility
 from farm_ar.geometry.angles import wrap_angle
 from farm_ar.geometry.camera import Eye, sees
 from farm_ar.kernels import compiled
-from farm_ar.reid import dimension_cost
-from farm_ar.reid.assignment import assign, find_margins
-from farm_ar.scenes import Camera, Layout, Scene
+from farm_ar.reid.assignment import Rule, assess_objects, known_objects
+from farm_ar.reid.costs import sorted_log_sides
+from farm_ar.scenes import UNKNOWN, Camera, Layout, Scene
 
 if TYPE_CHECKING:
     from farm_ar.envs.worlds import World
@@ -113,40 +113,40 @@ class Believed(NamedTuple):
     yaw: FloatArray
 
 
-class Rule(NamedTuple):
-    """What the paper's cost (Eq. 7) is made of, and the room.
+class Room(NamedTuple):
+    """What does not change while a scene is played on.
 
     Args:
         width: of the room, metres.
         depth: of the room, metres.
-        translation: cost of a metre.
-        rotation: cost of the sine of half a turn.
         kinds: how many kinds of objects there are.
-        dimension: (M, M) what the sizes of objects and labels cost (Eq. 6), by which the rest is multiplied.
         elevation: (M,) how high objects are, metres.
+        size: (M,) which of the sizes each has.
+        sides: (U, 3) sorted logarithms of the sides of each size.
+        rule: the paper's, by which costs and margins are found.
     """
 
     width: float
     depth: float
-    translation: float
-    rotation: float
     kinds: int
-    dimension: FloatArray
     elevation: FloatArray
+    size: IntArray
+    sides: FloatArray
+    rule: Rule
 
 
 class Found(NamedTuple):
-    """What was found last time, of the objects as they are met; NaN where nothing was.
+    """What was found last time; NaN where nothing was.
 
-    Margins are found anew only of kinds of which something else is seen, or costs something else.
+    Costs and margins are found anew only where an object, or what is seen, is not as it was.
 
     Args:
-        seen: (M,) 1 where the camera saw it, else 0.
+        pose: (M, 4) x, z, yaw, and 1 where the camera saw it, else 0, of each object as the layout has them.
         margin: (M,) of those seen.
-        cost: (M, W) to each of the labels of its kind.
+        cost: (M, M) of every label for every object.
     """
 
-    seen: FloatArray
+    pose: FloatArray
     margin: FloatArray
     cost: FloatArray
 
@@ -174,21 +174,27 @@ class Features:
         self.parts = parts_of(self.numbers, m, kinds, widest)
         self.least_margin, self.ambiguity = 1.0, 0.0
         self._objects = Objects.unmet(layout)
-        self._rule = Rule(
+        sides, size = np.unique(sorted_log_sides(layout.size), axis=0, return_inverse=True)
+        kinds_of_size = np.unique(np.column_stack([layout.category_code, size.reshape(m)]), axis=0)
+        self._room = Room(
             *scene.size,
-            weights.translation / scene.diagonal,
-            weights.rotation,
             kinds,
-            dimension_cost(layout.size, layout.size),
             layout.elevation.copy(),
+            size.reshape(m),
+            sides,
+            Rule(
+                weights.translation / scene.diagonal,
+                float(weights.rotation),
+                compare_sizes=len(kinds_of_size) > kinds,  # elsewhere they cost the same
+            ),
         )
-        self._found = Found(np.full(m, np.nan), np.full(m, np.nan), np.full(shapes["cost"], np.nan))
+        self._found = Found(np.full((m, 4), np.nan), np.full(m, np.nan), np.full((m, m), np.nan))
         self._seen_of: tuple[World, float, Layout, Camera] | None = None
 
     def meet(self, layout: Layout, order: IntArray) -> None:
         """From now on the objects are met in another order, (M,)."""
         introduce(order, layout.category_code, layout.fixed, self._objects)
-        self._found.cost[:], self._found.seen[:], self._seen_of = np.nan, np.nan, None
+        self._found.pose[:], self._seen_of = np.nan, None
 
     def read(self, world: World) -> None:
         """Bring all up to date."""
@@ -202,12 +208,14 @@ class Features:
             and world is was[0]
         ):
             return
+        if was is None or believed is not was[2]:
+            self._found.pose[:] = np.nan
         self.least_margin, self.ambiguity = read_table(
             world.places,
             Believed(believed.position, believed.yaw),
             visibility.eye_of(camera),
             self._objects,
-            self._rule,
+            self._room,
             self._found,
             self.numbers,
         )
@@ -226,7 +234,7 @@ def read_table(
     believed: Believed,
     eye: Eye,
     objects: Objects,
-    rule: Rule,
+    room: Room,
     found: Found,
     numbers: Float32Array,
 ) -> tuple[float, float]:
@@ -237,93 +245,81 @@ def read_table(
         believed: where their labels are believed to be.
         eye: the camera, as `visibility.eye_of` has it.
         objects: as they are met.
-        rule: what costs are made of.
-        found: last time; brought up to date.
+        room: what does not change.
+        found: last time, with the same beliefs; brought up to date.
         numbers: all parts, flat; filled, but for `budget` and `hand`. (Each array that is passed takes a
             quarter of a microsecond; so the parts are told apart in here.)
 
     Returns:
         `least_margin` and `ambiguity` of `Features`.
     """
-    parts = parts_of(numbers, len(objects.number), rule.kinds, objects.rivals.shape[1])
-    kinds = rule.kinds
-    anew = np.zeros(kinds, dtype=np.bool_)
+    parts = parts_of(numbers, len(objects.number), room.kinds, objects.rivals.shape[1])
+    anew, pose = np.zeros(room.kinds, dtype=np.bool_), found.pose
     parts.category[:] = 0.0
     for k in range(len(objects.number)):
         i, kind = objects.number[k], objects.kind[k]
         x, z, yaw = places[i, 0], places[i, 1], wrap_angle(-places[i, 2])
-        seen = 1.0 if sees(eye, x, rule.elevation[i], z) else 0.0
-        if seen != found.seen[k]:
-            found.seen[k], anew[kind] = seen, True
-        _describe(k, i, x, z, yaw, believed, rule, parts)
+        seen = 1.0 if sees(eye, x, room.elevation[i], z) else 0.0
+        if x != pose[i, 0] or z != pose[i, 1] or yaw != pose[i, 2] or seen != pose[i, 3]:
+            pose[i, 0], pose[i, 1], pose[i, 2], pose[i, 3], anew[kind] = x, z, yaw, seen, True
+        _describe(k, i, x, z, yaw, believed, room, parts)
         parts.category[k, kind] = 1.0
         parts.in_view[k] = seen
         parts.fixed[k] = 1.0 if objects.fixed[k] else 0.0
+    parts.camera[0] = within(2 * eye.x / room.width - 1, -4, 4)
+    parts.camera[1] = within(2 * eye.z / room.depth - 1, -4, 4)
+    parts.camera[2], parts.camera[3] = eye.sine, eye.cosine
+    if anew.any():
+        _assess(anew, believed, objects, room, found)
+    least, ambiguity = np.inf, 0.0
+    for k in range(len(objects.number)):
+        i, margin = objects.number[k], np.inf
         for column in range(objects.rivals.shape[1]):
             j = objects.rivals[k, column]
-            cost = NO_RIVAL
-            if j >= 0:
-                dx, dz = x - believed.position[j, 0], z - believed.position[j, 1]
-                turn = abs(sin((yaw - believed.yaw[j]) / 2))
-                cost = rule.translation * sqrt(dx * dx + dz * dz) + rule.rotation * turn
-                cost *= rule.dimension[i, j]
-            if cost != found.cost[k, column]:
-                found.cost[k, column], anew[kind] = cost, True
-            parts.cost[k, column] = within(cost, 0, NO_RIVAL)
-        parts.margin[k] = 1.0
-    parts.camera[0] = within(2 * eye.x / rule.width - 1, -4, 4)
-    parts.camera[1] = within(2 * eye.z / rule.depth - 1, -4, 4)
-    parts.camera[2], parts.camera[3] = eye.sine, eye.cosine
-    least, ambiguity = np.inf, 0.0
-    for kind in range(kinds):
-        if anew[kind]:
-            _find_margins(kind, objects, found)
-        for k in range(len(objects.number)):
-            if objects.kind[k] == kind and found.seen[k] != 0:
-                margin = found.margin[k]
-                parts.margin[k] = min(margin / MARGIN_SCALE, 1.0)
-                if not objects.fixed[k] and margin < np.inf:
-                    least = min(least, margin)
-                    ambiguity += (1 - within(margin / MARGIN_SCALE, 0, 1)) / 2
+            parts.cost[k, column] = within(found.cost[i, j], 0, NO_RIVAL) if j >= 0 else NO_RIVAL
+        if pose[i, 3] != 0:
+            margin = found.margin[i]
+            if not objects.fixed[k] and margin < np.inf:
+                least = min(least, margin)
+                ambiguity += (1 - within(margin / MARGIN_SCALE, 0, 1)) / 2
+        parts.margin[k] = min(margin / MARGIN_SCALE, 1.0)
     return (least if least < np.inf else 1.0), ambiguity
 
 
 @compiled
 def _describe(
-    k: int, i: int, x: float, z: float, yaw: float, believed: Believed, rule: Rule, parts: Parts
+    k: int, i: int, x: float, z: float, yaw: float, believed: Believed, room: Room, parts: Parts
 ) -> None:
     """Fill in where object i, met as the k-th, is and where its label is believed to be."""
     bx, bz, by = believed.position[i, 0], believed.position[i, 1], believed.yaw[i]
-    parts.position[k, 0] = within(2 * x / rule.width - 1, -2, 2)
-    parts.position[k, 1] = within(2 * z / rule.depth - 1, -2, 2)
+    parts.position[k, 0] = within(2 * x / room.width - 1, -2, 2)
+    parts.position[k, 1] = within(2 * z / room.depth - 1, -2, 2)
     parts.heading[k, 0], parts.heading[k, 1] = sin(yaw), cos(yaw)
-    parts.believed_position[k, 0] = within(2 * bx / rule.width - 1, -2, 2)
-    parts.believed_position[k, 1] = within(2 * bz / rule.depth - 1, -2, 2)
+    parts.believed_position[k, 0] = within(2 * bx / room.width - 1, -2, 2)
+    parts.believed_position[k, 1] = within(2 * bz / room.depth - 1, -2, 2)
     parts.believed_heading[k, 0], parts.believed_heading[k, 1] = sin(by), cos(by)
-    parts.difference[k, 0] = within(2 * (x - bx) / rule.width, -2, 2)
-    parts.difference[k, 1] = within(2 * (z - bz) / rule.depth, -2, 2)
+    parts.difference[k, 0] = within(2 * (x - bx) / room.width, -2, 2)
+    parts.difference[k, 1] = within(2 * (z - bz) / room.depth, -2, 2)
     parts.difference[k, 2] = wrap_angle(yaw - by) / pi
 
 
-@compiled
-def _find_margins(kind: int, objects: Objects, found: Found) -> None:
-    """Find the margins of the objects of a kind that are in view."""
-    rows, n = np.empty(len(objects.number), dtype=np.int64), 0
-    for k in range(len(objects.number)):
-        if objects.kind[k] == kind and found.seen[k] != 0:
-            rows[n] = k
+@compiled(inline="always")
+def _assess(anew: BoolArray, believed: Believed, objects: Objects, room: Room, found: Found) -> None:
+    """Find costs, and the margins of what is in view of the (kinds,) that are not as they were."""
+    m, n = len(objects.number), 0
+    category, rows = np.empty(m, dtype=np.int64), np.empty(m, dtype=np.int64)
+    position, yaw = np.empty((m, 2)), np.empty(m)
+    for k in range(m):
+        i = objects.number[k]
+        category[i] = objects.kind[k]
+        position[i, 0], position[i, 1], yaw[i] = found.pose[i, 0], found.pose[i, 1], found.pose[i, 2]
+        if anew[objects.kind[k]] and found.pose[i, 3] != 0:
+            rows[n] = i
             n += 1
-    if n == 0:
-        return
-    count = 0
-    while count < objects.rivals.shape[1] and objects.rivals[rows[0], count] >= 0:
-        count += 1
-    block = np.empty((n, count))
-    for row in range(n):
-        for column in range(count):
-            block[row, column] = found.cost[rows[row], column]
-    chosen = np.empty(n, dtype=np.int64)
-    assign(block, chosen, np.empty(n), np.empty(count))
-    margins = find_margins(block, chosen)[0]
-    for row in range(n):
-        found.margin[rows[row]] = margins[row]
+    known = known_objects(believed.position.copy(), believed.yaw.copy(), category, room.size, room.sides)
+    answer = assess_objects(position, yaw, rows[:n], known, room.rule, True)
+    for i in range(m):
+        for j in range(m):
+            found.cost[i, j] = answer.costs[0, i, j]
+        if answer.label[0, i] != UNKNOWN:
+            found.margin[i] = answer.margin[0, i]

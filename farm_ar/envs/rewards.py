@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from farm_ar.envs.features import MARGIN_SCALE
-from farm_ar.reid import dimension_cost, rotation_cost, total_cost, translation_cost
-from farm_ar.reid.assignment import margins
+from farm_ar.reid.assignment import Rule, assess, known_at, seen_at
+from farm_ar.reid.costs import sorted_log_sides
 
 if TYPE_CHECKING:
     from farm_ar.envs.env import FarmToTableEnv
@@ -47,21 +47,18 @@ def ambiguity(env: FarmToTableEnv) -> float:
 def clutter(env: FarmToTableEnv) -> float:
     """Half the sum over movable objects of 1 - margin / 0.3, were they in view and known to stand as they do.
 
-    The lower it is, the farther anything has to be moved before the paper's rule takes it for another.
+    The lower it is, the farther anything has to be moved before the paper's method takes it for another.
     """
-    view = env.view
-    scene, weights, movable = view.scene, view.scene.cost_weights, view.movable
-    position, yaw, size = view.truth.position[movable], view.truth.yaw[movable], view.truth.size[movable]
-    code = view.truth.category_code[movable]
-    cost = total_cost(
-        translation_cost(position, position, scene.diagonal),
-        rotation_cost(yaw, yaw),
-        dimension_cost(size, size),
-        weights.translation,
-        weights.rotation,
+    truth, movable, scene = env.view.truth, env.view.movable, env.view.scene
+    position, yaw, code = truth.position[movable], truth.yaw[movable], truth.category_code[movable]
+    sides, weights = sorted_log_sides(truth.size[movable]), scene.cost_weights
+    found = assess(
+        seen_at(position[None], yaw[None], code, sides=sides),
+        known_at(position, yaw, code, sides),
+        Rule(weights.translation / scene.diagonal, float(weights.rotation), compare_sizes=True),
+        margins=True,
     )
-    rises = margins(np.where(code[:, None] == code, cost, np.inf), np.arange(len(code)))
-    return float((1 - np.clip(rises / MARGIN_SCALE, 0.0, 1.0)).sum() / 2)
+    return float((1 - np.clip(found.margin / MARGIN_SCALE, 0.0, 1.0)).sum() / 2)
 
 
 def miscounts(env: FarmToTableEnv) -> float:

@@ -4,6 +4,7 @@ from farm_ar.scenes.bounds import Bounds
 from farm_ar.scenes.builtin import BUILTIN, builtin_scene
 from farm_ar.scenes.camera import PAPER_FIELD_OF_VIEW, Camera, CameraPath, FieldOfView
 from farm_ar.scenes.csv_files import load_layout_csv, load_scene_csv, load_snapshot_csv
+from farm_ar.scenes.from_poses import from_poses
 from farm_ar.scenes.json_files import (
     load_scene,
     load_snapshot,
@@ -20,12 +21,15 @@ from farm_ar.scenes.noise import Gaussian, LayoutNoise
 from farm_ar.scenes.observing import PERFECT, Detector, observe, observe_many, occluded, visible
 from farm_ar.scenes.scene import Scene, Site, Template, Weights
 from farm_ar.scenes.snapshot import UNKNOWN, Detections, Snapshot, SnapshotBatch
+from farm_ar.scenes.worlds import UNITS, WORLD_FRAMES, World
 
 __all__ = [
     "BUILTIN",
     "PAPER_FIELD_OF_VIEW",
     "PERFECT",
+    "UNITS",
     "UNKNOWN",
+    "WORLD_FRAMES",
     "Bounds",
     "Camera",
     "CameraPath",
@@ -41,7 +45,9 @@ __all__ = [
     "SnapshotBatch",
     "Template",
     "Weights",
+    "World",
     "builtin_scene",
+    "from_poses",
     "load_layout_csv",
     "load_scene",
     "load_scene_csv",

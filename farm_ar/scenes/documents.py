@@ -6,11 +6,12 @@ import re
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import combinations
 from typing import Any, TypeVar
 
 import numpy as np
 
-from farm_ar.arrays import ANGLE, Limits
+from farm_ar.arrays import ANGLE, FloatArray, Limits
 from farm_ar.errors import InputError
 
 
@@ -28,6 +29,7 @@ NOTES = ("$schema", "description")
 """Fields that the top of any file may have, which nobody reads."""
 
 DEGREES = Limits(-3.6e8, 3.6e8, ANGLE.expected)
+RADIANS = ANGLE
 
 Path = tuple[str | int, ...]
 
@@ -137,14 +139,22 @@ class Whole(Kind):
 
 @dataclass(frozen=True)
 class Text(Kind):
-    """A non-empty string of Unicode; one of the choices where there are any."""
+    """A non-empty string of Unicode; one of the choices where there are any.
+
+    Args:
+        choices: the strings.
+        hints: what is said of some other strings, in place of the choices.
+    """
 
     choices: tuple[str, ...] = ()
+    hints: Mapping[str, str] = field(default_factory=dict)
 
     def check(self, value: object) -> str:
         """See `Kind`."""
         if not isinstance(value, str) or not value:
             raise MismatchError("must be a non-empty string", value)
+        if self.choices and value in self.hints:
+            raise MismatchError(self.hints[value], value)
         if self.choices and value not in self.choices:
             raise MismatchError(f"must be one of {', '.join(self.choices)}", value)
         if not is_text(value):
@@ -248,6 +258,30 @@ class Numbers(Kind):
 
 
 @dataclass(frozen=True)
+class Rows(Kind):
+    """A table of numbers: so many rows of so many, read as an array; wrong as a whole."""
+
+    shape: tuple[int, int]
+    limits: Limits
+    words: str
+
+    def check(self, value: object) -> FloatArray:
+        """See `Kind`."""
+        row = Numbers(self.shape[1], self.limits, self.words)
+        if not isinstance(value, list) or len(value) != self.shape[0]:
+            raise MismatchError(f"must be {self.words}", value)
+        try:
+            return np.array([row.check(one) for one in value])
+        except MismatchError:
+            raise MismatchError(f"must be {self.words}", value) from None
+
+    def rule(self) -> dict[str, Any]:
+        """See `Kind`."""
+        row = Numbers(self.shape[1], self.limits, self.words).schema()
+        return {"type": "array", "items": row, "minItems": self.shape[0], "maxItems": self.shape[0]}
+
+
+@dataclass(frozen=True)
 class Listing(Kind):
     """A list of values of one kind.
 
@@ -319,12 +353,16 @@ class Object(Kind):
     Args:
         fields: the kind of each, by name.
         together: fields of which, where there is one, there are all.
+        exclusive: groups of fields of which at most one may be there.
+        either: groups of fields of which at least one must be there whole.
         notes: whether it is the top of a file, where `NOTES` may stand.
         open: whether other fields may be there; they are not read.
     """
 
     fields: Mapping[str, Kind]
     together: tuple[str, ...] = ()
+    exclusive: tuple[tuple[str, ...], ...] = ()
+    either: tuple[tuple[str, ...], ...] = ()
     notes: bool = False
     open: bool = False
 
@@ -350,7 +388,18 @@ class Object(Kind):
                 if name not in self.fields and not (self.notes and name in NOTES):
                     known = ", ".join(sorted(self.fields))
                     raise MismatchError(f"must not be there (known fields: {known})", item, (name,))
+        self._check_groups(value)
         return found
+
+    def _check_groups(self, value: Mapping[str, object]) -> None:
+        for group in self.exclusive:
+            there = [name for name in group if name in value]
+            if len(there) > 1:
+                raise MismatchError(f"must not be there beside {there[0]}", value[there[1]], (there[1],))
+        if self.either and not any(value.keys() >= set(group) for group in self.either):
+            usual = self.either[0]
+            missing = next(name for name in usual if name not in value)
+            raise self._missing(self.fields[missing]).inside(missing)
 
     @staticmethod
     def _missing(kind: Kind) -> MismatchError:
@@ -368,6 +417,11 @@ class Object(Kind):
         rule: dict[str, Any] = {"type": "object", "required": needed, "properties": properties}
         if not self.open:
             rule["additionalProperties"] = False
+        if self.exclusive:
+            pairs = [pair for group in self.exclusive for pair in combinations(group, 2)]
+            rule["allOf"] = [{"not": {"required": list(pair)}} for pair in pairs]
+        if self.either:
+            rule["anyOf"] = [{"required": list(group)} for group in self.either]
         if self.together:
             others = {name: [other for other in self.together if other != name] for name in self.together}
             rule["dependentRequired"] = others

@@ -1,173 +1,29 @@
-"""Scene and snapshot files: JSON in degrees and metres, read into records and written back."""
+"""Scene and snapshot files: JSON, read into records and written back in degrees and metres."""
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from farm_ar.arrays import POSITION, RANGE, SHARE, SIDE, SPEED, WEIGHT, Limits
+from farm_ar.arrays import RANGE, SPEED
 from farm_ar.errors import SceneError, SnapshotError
 from farm_ar.scenes.camera import PAPER_FIELD_OF_VIEW, Camera, CameraPath, FieldOfView
-from farm_ar.scenes.documents import (
-    DEGREES,
-    Document,
-    Flag,
-    Listing,
-    Named,
-    Number,
-    Numbers,
-    Object,
-    OrNull,
-    Text,
-    radians,
-)
+from farm_ar.scenes.declarations import SCENE, SNAPSHOT, UP_AND_DOWN
+from farm_ar.scenes.documents import radians
 from farm_ar.scenes.files import degrees, read_json, write_text
 from farm_ar.scenes.layout import Layout
+from farm_ar.scenes.reading import Reader, Values
 from farm_ar.scenes.scene import Scene, Site, Template, Weights
 from farm_ar.scenes.snapshot import Detections, Snapshot
 
-Values = Mapping[str, Any]
+__all__ = ["SCENE", "SNAPSHOT"]
 
-_HALF_TURN, _QUARTER, _TURN = (Limits(0.0, limit, "") for limit in (180.0, 90.0, 360.0))
-_METRES, _YAW = Number(POSITION), Number(DEGREES)
-_SIZE = Numbers(
-    3,
-    SIDE,
-    "3 positive numbers in metres, from 1e-6 to 1e6",
-    about="Width (x), height (y) and depth (z) before turning.",
-)
-_POINT = Numbers(2, POSITION, "[x, z] in metres, from -1e6 to 1e6")
-_HEIGHT = Number(POSITION, default=0.0, about="Height of the pivot above the floor.")
-_VIEW = {
-    "fov_left_deg": Number(_HALF_TURN, default=degrees(PAPER_FIELD_OF_VIEW.left)),
-    "fov_right_deg": Number(_HALF_TURN, default=degrees(PAPER_FIELD_OF_VIEW.right)),
-    "range_m": Number(RANGE, default=PAPER_FIELD_OF_VIEW.range_m),
-    "fov_up_deg": Number(_QUARTER, default=None),
-    "fov_down_deg": Number(_QUARTER, default=None),
-}
-_UP_AND_DOWN = ("fov_up_deg", "fov_down_deg")
-
-SCENE = Document(
-    "scene",
-    Object(
-        {
-            "name": Text(default=None, about="The file's name without its ending if left out."),
-            "size_m": Numbers(
-                2,
-                SIDE,
-                "2 positive numbers in metres, from 1e-6 to 1e6",
-                about="Width and depth of the room.",
-            ),
-            "sites": Listing(
-                Object({"name": Text(), "x": _METRES, "z": _METRES}),
-                default=(),
-                about="Centres of the Voronoi cells; none means that nothing is pruned.",
-            ),
-            "objects": Listing(
-                Object(
-                    {
-                        "label": Text(about="Its identity, different for each object."),
-                        "category": Text(about="What can be seen of it. Objects of one category look alike."),
-                        "x": _METRES,
-                        "z": _METRES,
-                        "yaw_deg": _YAW,
-                        "y": _HEIGHT,
-                        "size_whd": _SIZE,
-                        "fixed": Flag(default=False, about="Whether it never moves."),
-                    }
-                ),
-                different="label",
-                about="The labelled objects of the reference layout.",
-            ),
-            "templates": Listing(
-                Object({"category": Text(), "yaw_deg": Number(DEGREES, default=0.0), "size_whd": _SIZE}),
-                default=(),
-                about="At most one example of each category, which detections are compared with when boxes "
-                "are taken along the world's axes.",
-            ),
-            "camera_path": Object(
-                {
-                    "closed": Flag(default=False),
-                    "bezier_points": Listing(
-                        _POINT,
-                        least=4,
-                        words="a list of 4, 7, 10, ... [x, z] in metres",
-                        about="Anchor, control, control, anchor, ... of cubic curves.",
-                    ),
-                    "polyline": Listing(
-                        _POINT, default=None, about="The same curve sampled; not needed, not used."
-                    ),
-                },
-                default=None,
-            ),
-            "camera": Object({**_VIEW, "speed_m_s": Number(SPEED, default=1.0)}, _UP_AND_DOWN, default=None),
-            "weights": Object(
-                {"translation": Number(WEIGHT), "rotation": Number(WEIGHT, default=1.0)},
-                default=None,
-                about="Of the translation and rotation costs; 0.36 times the square root of the area, and 1, "
-                "if left out.",
-            ),
-            "symmetry_deg": Named(
-                Number(_TURN),
-                default=None,
-                about="For categories that look the same when turned: by how much, 0 for those without any "
-                "heading.",
-            ),
-        },
-        notes=True,
-        about="A room [0, w] x [0, d] and the labelled objects in it. Metres and degrees; x right, "
-        "z forward, y up; yaw clockwise seen from above, 0 facing +z.",
-    ),
-    SceneError,
-)
-"""What a scene file holds."""
-
-SNAPSHOT = Document(
-    "snapshot",
-    Object(
-        {
-            "camera": Object(
-                {
-                    "x": _METRES,
-                    "z": _METRES,
-                    "yaw_deg": _YAW,
-                    "y": Number(POSITION, default=None, about="Height of the eye above the floor."),
-                    "pitch_deg": Number(DEGREES, default=0.0, about="Upwards."),
-                    **_VIEW,
-                },
-                _UP_AND_DOWN,
-            ),
-            "detections": Listing(
-                Object(
-                    {
-                        "id": Text(
-                            default=None, about="Different for each; its place in the list if left out."
-                        ),
-                        "category": OrNull(
-                            Text(), "a category", default=None, about="null or left out: not known."
-                        ),
-                        "x": _METRES,
-                        "z": _METRES,
-                        "yaw_deg": _YAW,
-                        "y": _HEIGHT,
-                        "size_whd": _SIZE,
-                        "confidence": Number(SHARE, default=1.0, about="How sure the detector is."),
-                    }
-                )
-            ),
-        },
-        notes=True,
-        about="One camera and what it detected, without identities. Metres and degrees; x right, z forward, "
-        "y up; yaw clockwise seen from above, 0 facing +z.",
-    ),
-    SnapshotError,
-)
-"""What a snapshot file holds."""
+UNNAMED = "object"
+"""The category of all objects of a scene that names none."""
 
 
 def load_scene(path: str | os.PathLike[str]) -> Scene:
@@ -215,41 +71,63 @@ def scene_from_dict(data: object, source: str | None = None, default_name: str =
     Raises:
         SceneError: a value cannot be used; names the field.
     """
-    values = SCENE.read(data, source)
-    objects = values["objects"]
-    categories = {one["category"] for one in objects}
-    for i, template in enumerate(values["templates"]):
-        if template["category"] not in categories:
-            place = ("templates", i, "category")
-            raise SCENE.fail(place, "must be a category of the objects", template["category"], source)
-    for name in values["symmetry_deg"] or {}:
-        if name not in categories:
-            place = ("symmetry_deg", name)  # type: ignore[assignment]
-            raise SCENE.fail(place, "must be named after a category of the objects", name, source)
+    reader = Reader(SCENE, data, source)
+    values, objects = reader.values, reader.values["objects"]
+    _check_names(reader)
     view, path, weights = values["camera"], values["camera_path"], values["weights"]
+    poses = reader.poses(("objects",), objects)
     try:
         return Scene(
             name=values["name"] or default_name,
-            size=values["size_m"],
             layout=Layout(
                 labels=tuple(one["label"] for one in objects),
-                category=tuple(one["category"] for one in objects),
+                category=tuple(one["category"] or UNNAMED for one in objects),
                 fixed=np.array([one["fixed"] for one in objects], dtype=bool),
-                **_poses(objects),
+                position=poses.position,
+                yaw=poses.yaw,
+                elevation=poses.elevation,
+                size=reader.sizes(("objects",), objects),
             ),
-            sites=tuple(Site(**site) for site in values["sites"]),
-            camera_path=path and CameraPath(np.array(path["bezier_points"]), path["closed"]),
-            fov=PAPER_FIELD_OF_VIEW if view is None else _field_of_view(view),
-            camera_speed=1.0 if view is None else view["speed_m_s"],
+            sites=[
+                Site(site["name"], *reader.spot(("sites", i), site)) for i, site in enumerate(values["sites"])
+            ],
+            camera_path=path
+            and CameraPath(
+                reader.floor(("camera_path", "bezier_points"), path["bezier_points"]), path["closed"]
+            ),
+            fov=PAPER_FIELD_OF_VIEW if view is None else _field_of_view(reader, view),
+            camera_speed=1.0 if view is None else _speed(reader, view),
             weights=weights and Weights(**weights),
-            templates=tuple(
-                Template(one["category"], radians(one["yaw_deg"]), one["size_whd"])
-                for one in values["templates"]
-            ),
+            templates=[
+                Template(
+                    one["category"], float(reader.world.yaws(radians(one["yaw_deg"]))), tuple(size.tolist())
+                )
+                for one, size in zip(
+                    values["templates"], reader.sizes(("templates",), values["templates"]), strict=True
+                )
+            ],
             symmetry={name: radians(angle) for name, angle in (values["symmetry_deg"] or {}).items()},
+            bounds=reader.bounds(),
         )
     except SceneError as problem:  # from a constructor, which does not know the file
         raise SceneError(problem.field, problem.expected, problem.got, source) from None
+
+
+def _check_names(reader: Reader) -> None:
+    """See that categories are given for all objects or none, and that others name one of them."""
+    values, objects = reader.values, reader.values["objects"]
+    categories = {one["category"] for one in objects}
+    if None in categories and len(categories) > 1:
+        i = [one["category"] for one in objects].index(None)
+        raise reader.fail(("objects", i, "category"), "must be given, as other objects have one", None)
+    for i, template in enumerate(values["templates"]):
+        if template["category"] not in categories:
+            place = ("templates", i, "category")
+            raise reader.fail(place, "must be a category of the objects", template["category"])
+    for name in values["symmetry_deg"] or {}:
+        if name not in categories:
+            expected = "must be named after a category of the objects"
+            raise reader.fail(("symmetry_deg", name), expected, name)
 
 
 def snapshot_from_dict(data: object, source: str | None = None) -> Snapshot:
@@ -258,28 +136,39 @@ def snapshot_from_dict(data: object, source: str | None = None) -> Snapshot:
     Raises:
         SnapshotError: a value cannot be used; names the field.
     """
-    values = SNAPSHOT.read(data, source)
-    view, seen = values["camera"], values["detections"]
+    reader = Reader(SNAPSHOT, data, source)
+    view, seen = reader.values["camera"], reader.values["detections"]
     ids = [one["id"] or str(i) for i, one in enumerate(seen)]
-    earlier: set[str] = set()
-    for i, name in enumerate(ids):
-        if name in earlier:
-            raise SNAPSHOT.fail(("detections", i, "id"), "must not repeat an earlier id", name, source)
-        earlier.add(name)
-    camera = Camera(
-        position=np.array([view["x"], view["z"]]),
-        yaw=np.deg2rad(view["yaw_deg"]),
-        fov=_field_of_view(view),
-        height=None if view["y"] is None else np.array(view["y"]),
-        pitch=np.deg2rad(view["pitch_deg"]),
-    )
-    detections = Detections(
-        category=tuple(one["category"] for one in seen),
-        confidence=np.array([one["confidence"] for one in seen]),
-        ids=tuple(ids),
-        **_poses(seen),
-    )
-    return Snapshot(camera, detections)
+    for field, names in (("id", ids), ("track_id", [one["track_id"] for one in seen])):
+        earlier: set[str] = set()
+        for i, name in enumerate(names):
+            if name in earlier:
+                raise reader.fail(("detections", i, field), f"must not repeat an earlier {field}", name)
+            earlier.update(() if name is None else (name,))
+    eye = reader.pose(("camera",), view)
+    in_space = view["quaternion"] is not None or view["matrix"] is not None
+    poses = reader.poses(("detections",), seen)
+    try:
+        camera = Camera(
+            position=eye.position,
+            yaw=eye.yaw,
+            fov=_field_of_view(reader, view),
+            height=eye.elevation if reader.height_known(view) else None,
+            pitch=eye.pitch if in_space else np.deg2rad(view["pitch_deg"]),
+        )
+        detections = Detections(
+            category=tuple(one["category"] for one in seen),
+            confidence=np.array([one["confidence"] for one in seen]),
+            ids=tuple(ids),
+            track_id=tuple(one["track_id"] for one in seen),
+            position=poses.position,
+            yaw=poses.yaw,
+            elevation=poses.elevation,
+            size=reader.sizes(("detections",), seen),
+        )
+        return Snapshot(camera, detections, reader.values["timestamp"])
+    except SnapshotError as problem:  # from a constructor, which does not know the file
+        raise SnapshotError(problem.field, problem.expected, problem.got, source) from None
 
 
 def scene_to_dict(scene: Scene) -> dict[str, Any]:
@@ -299,10 +188,11 @@ def scene_to_dict(scene: Scene) -> dict[str, Any]:
             "y": float(layout.elevation[i]),
             "size_whd": layout.size[i].tolist(),
         }
+        _leave_out_unknown(entry)
         objects.append(entry | ({"fixed": True} if layout.fixed[i] else {}))
     data: dict[str, Any] = {
         "name": scene.name,
-        "size_m": list(scene.size),
+        **_bounds_to_dict(scene),
         "sites": [{"name": site.name, "x": site.x, "z": site.z} for site in scene.sites],
         "objects": objects,
         "templates": [
@@ -335,8 +225,9 @@ def snapshot_to_dict(snapshot: Snapshot) -> dict[str, Any]:
     }
     if camera.height is not None:
         view["y"] = float(camera.height)
-    detections = [
-        {
+    detections = []
+    for i in range(len(seen)):
+        entry = {
             "id": seen.ids[i],
             "category": seen.category[i],
             "x": float(seen.position[i, 0]),
@@ -346,9 +237,25 @@ def snapshot_to_dict(snapshot: Snapshot) -> dict[str, Any]:
             "size_whd": seen.size[i].tolist(),
             "confidence": float(seen.confidence[i]),
         }
-        for i in range(len(seen))
-    ]
-    return {"camera": view, "detections": detections}
+        _leave_out_unknown(entry)
+        detections.append(entry | ({} if seen.track_id[i] is None else {"track_id": seen.track_id[i]}))
+    when = {} if snapshot.timestamp is None else {"timestamp": snapshot.timestamp}
+    return {**when, "camera": view, "detections": detections}
+
+
+def _leave_out_unknown(entry: dict[str, Any]) -> None:
+    """Take the heading and the size out of an entry where they are not known."""
+    if np.isnan(entry["yaw_deg"]):
+        del entry["yaw_deg"]
+    if np.isnan(entry["size_whd"]).any():
+        del entry["size_whd"]
+
+
+def _bounds_to_dict(scene: Scene) -> dict[str, Any]:
+    """The fields of a scene file that say its bounds."""
+    if scene.room is not None:
+        return {"size_m": list(scene.room)}
+    return {} if scene.bounds is None else {"bounds": scene.bounds.corners.tolist()}
 
 
 def _view_to_dict(fov: FieldOfView) -> dict[str, float]:
@@ -363,19 +270,17 @@ def _view_to_dict(fov: FieldOfView) -> dict[str, float]:
     return data
 
 
-def _field_of_view(view: Values) -> FieldOfView:
+def _field_of_view(reader: Reader, view: Values) -> FieldOfView:
     """What a camera sees, from a camera entry."""
     left, right = radians(view["fov_left_deg"]), radians(view["fov_right_deg"])
-    up, down = (None if view[name] is None else radians(view[name]) for name in _UP_AND_DOWN)
-    return FieldOfView(left, right, view["range_m"], up, down)
+    up, down = (None if view[name] is None else radians(view[name]) for name in UP_AND_DOWN)
+    reach = view["range_m"]
+    if view["range"] is not None:
+        reach = reader.length(("camera", "range"), view["range"], RANGE)
+    return FieldOfView(left, right, reach, up, down)
 
 
-def _poses(entries: list[Any]) -> dict[str, Any]:
-    """Position, yaw, elevation and size of N objects of a file, as arrays."""
-    place = np.reshape([(one["x"], one["z"], one["yaw_deg"], one["y"]) for one in entries], (-1, 4))
-    return {
-        "position": place[:, :2],
-        "yaw": np.deg2rad(place[:, 2]),
-        "elevation": place[:, 3],
-        "size": np.array([one["size_whd"] for one in entries]),
-    }
+def _speed(reader: Reader, view: Values) -> float:
+    if view["speed"] is not None:
+        return reader.length(("camera", "speed"), view["speed"], SPEED)
+    return float(view["speed_m_s"])

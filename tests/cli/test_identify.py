@@ -351,9 +351,11 @@ def test_a_table_of_detections_needs_a_camera(mistake, before, seen, camera, lin
     assert mistake("identify", "--scene", before, "--snapshot", table, *camera).startswith(line)
 
 
-def test_a_table_of_objects_needs_a_room(mistake, before, seen):
-    line = mistake("identify", "--scene", before.with_suffix(".csv"), "--snapshot", seen)
-    assert line.startswith("OptionError: --room: must be given with a scene in CSV, as width,depth")
+def test_a_table_of_objects_may_have_no_room(run, before, seen):
+    files = ("--scene", before.with_suffix(".csv"), "--snapshot", seen)
+    with_room = json.loads(run("identify", *files, "--room", "5,4", "--json").stdout)
+    without = json.loads(run("identify", *files, "--json").stdout)
+    assert without["labels"] == with_room["labels"]
 
 
 def test_a_wrong_value_in_a_file_is_named(mistake, before, seen, tmp_path):

@@ -114,7 +114,7 @@ def test_the_schema_accepts_what_show_prints(run):
     [
         (["show", "nowhere"], "OptionError: scene: must be a .json or .csv file or one of L1, "),
         (["show", "none.json"], "SceneError: none.json: file: must be a readable file, got 'No such file"),
-        (["show", "none.csv"], "OptionError: --room: must be given with a scene in CSV, as width,depth"),
+        (["show", "none.csv"], "SceneError: none.csv: file: must be a readable file, got 'No such file"),
         (
             ["show", "L1", "--room", "5,5"],
             "OptionError: --room: must not be given with a built-in scene, got '5,5'",

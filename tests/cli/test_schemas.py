@@ -24,8 +24,14 @@ MUTANTS = 10 * settings().max_examples
 BESIDE_OTHERS = (
     *("must not repeat an earlier", "must not stand where an earlier", "must be a category of the objects"),
     *("must be named after a category", "must be 4, 7, 10", "must not all be the same point"),
+    *("must be given, as other objects have", "must be the corners of a polygon", "must not be the corner"),
+    *("must not be there beside units", "must not be there: in frame", "must be a number from -1e6 to 1e6"),
+    *("must be a unit quaternion", "must be rigid", "must be a rotation", "must be 4 rows, the last"),
+    *("must be 3 positive numbers in metres", "must be finite, from -1e6", "must be positive metres"),
+    "must be a positive number, from 1e-6 to 1e6 metres a second",
 )
-"""What may be wrong with values that are right one by one, which no schema says."""
+"""What may be wrong with values that are right one by one, which no schema says; limits in metres, too, of
+what may be in other units."""
 
 
 def test_there_is_a_schema_of_every_kind():

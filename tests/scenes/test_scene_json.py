@@ -357,7 +357,8 @@ def test_the_schema_is_a_json_schema():
 
 def test_the_schema_accepts_the_example_and_describes_every_field_that_is_read():
     assert fits_schema(EXAMPLE)
-    assert set(EXAMPLE) | {"$schema", "description"} == set(scene_schema()["properties"])
+    others = {"frame", "units", "origin", "size", "bounds"}
+    assert set(EXAMPLE) | others | {"$schema", "description"} == set(scene_schema()["properties"])
 
 
 @pytest.mark.parametrize("name", TABLE_1)
@@ -374,14 +375,13 @@ def test_the_schema_and_the_loader_accept_every_built_in_scene(name):
 
 def test_changing_the_schema_that_was_given_out_does_not_change_the_next():
     scene_schema().clear()
-    assert scene_schema()["required"] == ["size_m", "objects"]
+    assert scene_schema()["required"] == ["objects"]
 
 
 # --- Broken files ---
 
 # What is wrong; the field that the error names; and the end of the error, the value.
 BROKEN = [
-    (("size_m",), MISSING, "size_m", "got nothing"),
     (("size_m",), None, "size_m", "got None"),
     (("size_m",), [5], "size_m", "got [5]"),
     (("size_m",), [5, 5, 5], "size_m", "got [5, 5, 5]"),
@@ -397,8 +397,6 @@ BROKEN = [
     (("objects", 1, "label"), MISSING, "objects[1].label", "got nothing"),
     (("objects", 1, "label"), 2, "objects[1].label", "got 2"),
     (("objects", 1, "label"), "", "objects[1].label", "got ''"),
-    (("objects", 1, "category"), MISSING, "objects[1].category", "got nothing"),
-    (("objects", 1, "category"), None, "objects[1].category", "got None"),
     (("objects", 0, "x"), "1.0", "objects[0].x", "got '1.0'"),
     (("objects", 0, "x"), True, "objects[0].x", "got True"),
     (("objects", 0, "z"), MISSING, "objects[0].z", "got nothing"),
@@ -409,13 +407,11 @@ BROKEN = [
     (("objects", 1, "size_whd"), [0.1, -1, 0.12], "objects[1].size_whd", "got [0.1, -1, 0.12]"),
     (("objects", 1, "size_whd"), [0.1, 0.2], "objects[1].size_whd", "got [0.1, 0.2]"),
     (("objects", 1, "size_whd"), [0.1, 0.2, True], "objects[1].size_whd", "got [0.1, 0.2, True]"),
-    (("objects", 1, "size_whd"), MISSING, "objects[1].size_whd", "got nothing"),
     (("objects", 1, "fixed"), 1, "objects[1].fixed", "got 1"),
     (("objects", 1, "fixed"), None, "objects[1].fixed", "got None"),
     (("sites",), None, "sites", "got None"),
     (("sites", 0, "name"), MISSING, "sites[0].name", "got nothing"),
     (("sites", 0, "z"), "1", "sites[0].z", "got '1'"),
-    (("sites", 0, "y"), 1, "sites[0].y", "got 1"),
     (("templates", 0, "size_whd"), MISSING, "templates[0].size_whd", "got nothing"),
     (("templates", 0, "yaw_deg"), "90", "templates[0].yaw_deg", "got '90'"),
     (("templates", 0, "label"), "1", "templates[0].label", "got '1'"),
@@ -454,6 +450,9 @@ BROKEN_BEYOND_SCHEMA = [
     (("objects", 0, "x"), np.nan, "objects[0].x", "got nan"),
     (("objects", 0, "size_whd", 1), np.nan, "objects[0].size_whd", "got [0.5, nan, 0.6]"),
     (("objects", 1, "label"), "1", "objects[1].label", "got '1'"),
+    (("objects", 1, "category"), MISSING, "objects[1].category", "got None"),
+    (("objects", 1, "category"), None, "objects[1].category", "got None"),
+    (("sites", 0, "y"), 1, "sites[0].y", "got 1.0"),
     (("sites", 1, "name"), "S1", "sites[1].name", "got 'S1'"),
     (("sites", 1), {"name": "S2", "x": 1, "z": 1.0}, "sites[1]", "got (1.0, 1.0)"),
     (("templates",), EXAMPLE["templates"] * 2, "templates[1].category", "got 'chair'"),
@@ -493,7 +492,7 @@ def test_a_misspelt_field_is_refused_with_the_known_ones():
         scene_from_dict(changed(("camera", "fov_deg"), 60))
     assert str(problem.value) == (
         "camera.fov_deg: must not be there (known fields: fov_down_deg, fov_left_deg, fov_right_deg, "
-        "fov_up_deg, range_m, speed_m_s), got 60"
+        "fov_up_deg, range, range_m, speed, speed_m_s), got 60"
     )
 
 
@@ -506,7 +505,7 @@ def test_a_number_out_of_its_limits_is_refused_with_the_limits():
 def test_fields_that_a_file_leaves_out_are_among_the_known_ones():
     data = {"size_m": [5, 4], "objects": [], "camra": {}}
     with pytest.raises(
-        SceneError, match="known fields: camera, camera_path, name, objects, sites, size_m, symm"
+        SceneError, match="known fields: bounds, camera, camera_path, frame, name, objects, origin, sites, "
     ):
         scene_from_dict(data)
 

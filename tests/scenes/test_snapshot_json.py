@@ -192,7 +192,6 @@ BROKEN = [
     (("detections", 1, "yaw_deg"), np.inf, "detections[1].yaw_deg", "got inf"),
     (("detections", 1, "y"), "low", "detections[1].y", "got 'low'"),
     (("detections", 1, "size_whd"), [1, 0, 1], "detections[1].size_whd", "got [1, 0, 1]"),
-    (("detections", 1, "size_whd"), MISSING, "detections[1].size_whd", "got nothing"),
     (("detections", 1, "confidence"), 1.01, "detections[1].confidence", "got 1.01"),
     (("detections", 1, "confidence"), np.nan, "detections[1].confidence", "got nan"),
     (("detections", 1, "label"), "7", "detections[1].label", "got '7'"),

@@ -88,17 +88,9 @@ def eye_of(camera: Camera) -> Eye:
 
 def _table(env: FarmToTableEnv) -> Table:
     truth, believed = env.view.truth, env.view.believed
-    return Table(
-        truth.position,
-        truth.yaw,
-        believed.position,
-        believed.yaw,
-        env.world.tracker.belief.wrong,
-        truth.category_code,
-        truth.movable,
-        truth.size,
-        truth.elevation,
-    )
+    arrays: Any = (truth.position, truth.yaw, believed.position, believed.yaw, env.world.tracker.belief.wrong)
+    arrays += (truth.category_code, truth.movable, truth.size, truth.elevation)
+    return Table(*(array.copy() for array in arrays))  # kernels are compiled for what can be written to
 
 
 class AnalyticPolicy(Policy):

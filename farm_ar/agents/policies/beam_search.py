@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from farm_ar.agents.one_kind import identify_kind
 from farm_ar.agents.policies.plan_steps import SHARES, Allowance, Eye, Table, Terms, is_clear, sees, target
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.envs.features import MARGIN_SCALE
 from farm_ar.kernels import compiled
+from farm_ar.reid.assignment import Rule, assess_objects, known_objects
 
 AMBIGUITY_SHARE = 0.5
 """What a unit of ambiguity is worth beside a wrong label while a plan is unfinished."""
@@ -193,25 +193,20 @@ def _judge(
     code: int, table: Table, terms: Terms, seen: BoolArray, position: FloatArray, yaw: FloatArray
 ) -> tuple[int, float]:
     """How many labels of a kind would be wrong after a snapshot, and the ambiguity of what moves of it."""
-    found, label, margin = identify_kind(
-        code,
-        table.category,
-        seen,
-        position,
-        yaw,
-        table.label_position,
-        table.label_yaw,
-        terms.metre,
-        terms.turn,
-    )
+    rows = np.flatnonzero(seen & (table.category == code))
+    sizes, one_size = np.zeros(len(yaw), dtype=np.int64), np.zeros((1, 3))
+    known = known_objects(table.label_position, table.label_yaw, table.category, sizes, one_size)
+    rule = Rule(terms.metre, terms.turn, False, True, 1.0)  # Numba knows no defaults
+    found = assess_objects(position, yaw, rows, known, rule, False)
     wrong, doubt = 0, 0.0
     for j in range(len(yaw)):
         if table.category[j] == code and table.wrong[j]:
             wrong += 1
-    for k in range(len(found)):
-        wrong += int(label[k] != found[k]) - int(table.wrong[label[k]])
-        if table.movable[found[k]] and np.isfinite(margin[k]):
-            doubt += (1.0 - min(margin[k] / MARGIN_SCALE, 1.0)) / 2
+    for i in rows:
+        label, margin = found.label[0, i], found.margin[0, i]
+        wrong += int(label != i) - int(table.wrong[label])
+        if table.movable[i] and np.isfinite(margin):
+            doubt += (1.0 - min(margin / MARGIN_SCALE, 1.0)) / 2
     return wrong, doubt
 
 

@@ -105,7 +105,7 @@ def failure_picture(case: Case, failure: Mapping[str, Any]) -> str:
     moved = np.any(position != layout.position, axis=1) | (yaw != layout.yaw)
     eye = np.clip(case.camera.position, -0.4 * np.array(scene.size), 1.4 * np.array(scene.size))
     figure, axes = _sheet(np.vstack([np.zeros(2), scene.size, eye, position]), scene)
-    draw_view(axes, case.camera, scene.size)
+    draw_view(axes, case.camera, scene.bounds)
     before = footprint_corners(layout.position, layout.yaw, layout.size)
     after = footprint_corners(position, yaw, layout.size)
     for k in np.flatnonzero(moved):

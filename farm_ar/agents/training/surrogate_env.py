@@ -165,6 +165,7 @@ class SurrogateEnv(VecEnv):
         cameras = Camera(self._eye, yaw, self._cameras.fov, height, pitch)
         worth = np.empty((count, len(layout), len(layout), len(SHARES)))
         nothing_wrong = np.zeros(len(layout), dtype=np.bool_)
+        what: Any = [self._code.copy(), ~self._fixed, layout.size.copy(), layout.elevation.copy()]
         for b in range(count):
             table = Table(
                 self._position[b],
@@ -172,10 +173,7 @@ class SurrogateEnv(VecEnv):
                 self._home[b],
                 self._facing[b],
                 nothing_wrong,
-                self._code,
-                ~self._fixed,
-                layout.size,
-                layout.elevation,
+                *what,
             )
             metres, radians = self._left[b].tolist()
             allowed = Allowance(metres, radians, np.inf, self._scene.diagonal, int(self._moves[b]))

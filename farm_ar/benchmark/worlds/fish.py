@@ -32,9 +32,9 @@ class Swum(NamedTuple):
 def simulate(rng: np.random.Generator, schools: int, fish: int, seconds: float) -> Swum:
     """Swim for some seconds.
 
-    A fish turns to the mean velocity of those within 12 cm (1.2 s), to their middle (.5 m/s^2 a metre, times
-    8), away from those within 3 cm, and from walls within 6 cm; it beats its tail about every .8 s, which
-    adds up to .1 m/s along its heading, and glides with a time constant of .9 s. Turning wanders.
+    A fish turns to the mean velocity of those within 13 cm (.8 s), to their middle (3 m/s^2 a metre), away
+    from those within 3.5 cm, and from walls within 6 cm; it beats its tail about every .8 s, which adds up
+    to .1 m/s along its heading, and glides with a time constant of .9 s. Turning wanders.
     """
     shape = (schools, fish)
     position = rng.uniform(0.1, 0.3, (*shape, 2))
@@ -47,17 +47,17 @@ def simulate(rng: np.random.Generator, schools: int, fish: int, seconds: float) 
         swum.position[t], swum.velocity[t] = position, velocity
         apart = position[:, None] - position[:, :, None]  # from each to the others
         distance = np.linalg.norm(apart, axis=-1)
-        near = (distance < 0.12) & (distance > 0)
+        near = (distance < 0.13) & (distance > 0)
         number = np.maximum(near.sum(axis=-1, keepdims=True), 1)
         others = np.any(near, axis=-1, keepdims=True)
         mean = np.sum(np.where(near[..., None], velocity[:, None], 0.0), axis=2) / number
         middle = np.sum(np.where(near[..., None], apart, 0.0), axis=2) / number
-        force = np.where(others, (mean - velocity) / 1.2, 0.0) + 4.0 * middle
-        close = near & (distance < 0.03)
-        away = apart / np.maximum(distance, 1e-3)[..., None] * (0.03 - distance[..., None])
+        force = np.where(others, (mean - velocity) / 0.8, 0.0) + 3.0 * middle
+        close = near & (distance < 0.035)
+        away = apart / np.maximum(distance, 1e-3)[..., None] * (0.035 - distance[..., None])
         force -= 40.0 * np.sum(np.where(close[..., None], away, 0.0), axis=2)
         force += 4.0 * np.maximum(low + 0.06 - position, 0) - 4.0 * np.maximum(position - high + 0.06, 0)
-        spin += -spin * DT / 0.7 + rng.normal(0, 1.6 * np.sqrt(2 * DT / 0.7), shape)
+        spin += -spin * DT / 0.7 + rng.normal(0, 2.0 * np.sqrt(2 * DT / 0.7), shape)
         ahead = _unit(velocity)
         side = np.stack([ahead[..., 1], -ahead[..., 0]], axis=-1)
         speed = np.linalg.norm(velocity, axis=-1)

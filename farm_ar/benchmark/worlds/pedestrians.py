@@ -58,13 +58,17 @@ def _crossing(rng: np.random.Generator, number: int) -> tuple[FloatArray, FloatA
 
 
 def _square(rng: np.random.Generator, number: int) -> tuple[FloatArray, FloatArray]:
-    return rng.uniform(-5.0, 5.0, (number, 2)), rng.uniform(-5.0, 5.0, (number, 2))
+    side = rng.choice([-1.0, 1.0], number)
+    across = rng.uniform(-3.5, 3.5, (2, number))
+    start, end = np.stack([-6.5 * side, across[0]], -1), np.stack([6.5 * side, across[1]], -1)
+    swap = (rng.random(number) < 0.5)[:, None]
+    return np.where(swap, start[:, ::-1], start), np.where(swap, end[:, ::-1], end)
 
 
 PLACES = {
     "corridor": Place(Area((0.0, 0.0), (22.0, 4.0), closed=False), 14, _corridor, 2.5, walls=True),
     "crossing": Place(Area((633.0, -222.0), (647.0, -208.0), closed=False), 16, _crossing, 2.0),
-    "crowd": Place(Area((-5.5, -5.5), (5.5, 5.5), closed=False), 35, _square, None),
+    "crowd": Place(Area((-8.0, -8.0), (8.0, 8.0), closed=False), 35, _square, None),
 }
 """The places by name, each with an origin of its own."""
 
@@ -83,7 +87,7 @@ def simulate(rng: np.random.Generator, place: Place, sequences: int, seconds: fl
 
     Social forces: everybody turns to the own speed towards the goal within .5 s, and is pushed by others with
     2.6 exp((.5 - d) / .3) m/s^2, those in front counting three times as much as those behind; the walls of
-    a corridor push alike. Wishes wander by .35 m/s. Who has arrived leaves, and somebody else comes after a
+    a corridor push alike. Wishes wander by .25 m/s. Who has arrived leaves, and somebody else comes after a
     while, or goes on, in a closed place. Headings are those of walking, with an error of 8 degrees.
     """
     shape = (sequences, place.slots)
@@ -104,7 +108,7 @@ def simulate(rng: np.random.Generator, place: Place, sequences: int, seconds: fl
     for t in range(steps):
         walked.position[t], walked.who[t], walked.there[t] = position, who, there
         walked.yaw[t] = towards(velocity)
-        wander += -wander * DT / 2.0 + rng.normal(0, 0.35 * np.sqrt(2 * DT / 2.0), wander.shape)
+        wander += -wander * DT / 2.0 + rng.normal(0, 0.25 * np.sqrt(2 * DT / 2.0), wander.shape)
         push = (limited(goal - position, speed) + wander - velocity) / 0.5
         push += _pushed(position, velocity, there)
         if place.walls:

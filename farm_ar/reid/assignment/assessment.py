@@ -5,11 +5,12 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from farm_ar.arrays import BoolArray, FloatArray, IntArray, read_only
+from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.kernels import compiled
 from farm_ar.reid.assignment.optimum import assign_most, find_margins
 from farm_ar.reid.pruning import choose_candidates, sites_kept
@@ -124,13 +125,13 @@ def seen_at(
     present = np.ones((b, k), dtype=bool) if present is None else present
     sides = np.zeros((1, k, 3)) if sides is None else sides if sides.ndim == 3 else sides[None]
     return Seen(
-        read_only(present.sum(axis=1), np.int64),
-        read_only(np.zeros((1, 2)), np.float64),
-        read_only(position, np.float64),
-        read_only(yaw, np.float64),
-        read_only(sides, np.float64),
-        read_only(category if category.ndim == 2 else category[None], np.int64),
-        read_only(np.argsort(~present, axis=1, kind="stable"), np.int64),
+        _array(present.sum(axis=1), np.int64),
+        _array(np.zeros((1, 2)), np.float64),
+        _array(position, np.float64),
+        _array(yaw, np.float64),
+        _array(sides, np.float64),
+        _array(category if category.ndim == 2 else category[None], np.int64),
+        _array(np.argsort(~present, axis=1, kind="stable"), np.int64),
     )
 
 
@@ -147,14 +148,14 @@ def known_at(
     """
     m = len(category)
     return Known(
-        read_only(position if position.ndim == 3 else position[None], np.float64),
-        read_only(yaw if yaw.ndim == 2 else yaw[None], np.float64),
-        read_only(category, np.int64),
-        read_only(np.zeros(m) if sides is None else np.arange(m), np.int64),
-        read_only(np.zeros((1, 3)) if sides is None else sides, np.float64),
-        read_only(np.zeros(m), np.int64),
-        read_only(np.zeros((0, 2)), np.float64),
-        read_only(np.arange(m)[None], np.int64),
+        _array(position if position.ndim == 3 else position[None], np.float64),
+        _array(yaw if yaw.ndim == 2 else yaw[None], np.float64),
+        _array(category, np.int64),
+        _array(np.zeros(m) if sides is None else np.arange(m), np.int64),
+        _array(np.zeros((1, 3)) if sides is None else sides, np.float64),
+        _array(np.zeros(m), np.int64),
+        _array(np.zeros((0, 2)), np.float64),
+        _array(np.arange(m)[None], np.int64),
     )
 
 
@@ -179,8 +180,17 @@ def assess(seen: Seen, known: Known, rule: Rule, margins: bool = False, costs: b
         runner_up=np.full((rises, k), UNKNOWN),
         costs=np.empty((every, k if costs else 0, len(known.category) if costs else 0)),
     )
-    assess_batch(seen, known, rule, answer)
+    assess_batch(Seen(*map(_writable, seen)), Known(*map(_writable, known)), rule, answer)
     return answer
+
+
+def _array(values: NDArray[Any], dtype: type[np.generic]) -> NDArray[Any]:
+    return np.array(values, dtype=dtype, order="C")
+
+
+def _writable(array: NDArray[Any]) -> NDArray[Any]:
+    """The array, or a copy that can be written to: for others the kernels would be compiled once more."""
+    return array if array.flags.writeable else array.copy()
 
 
 @compiled
@@ -243,14 +253,15 @@ def fill_costs(
         gate = rule.gate and codes[i] != UNKNOWN
         for k in range(len(columns)):
             j = columns[k]
+            if gate and known.category[j] != codes[i]:
+                cost[row, k] = np.inf
+                continue
             dx, dz = x - place[j, 0], z - place[j, 1]
             turn = abs(sine * half_turn[1, j] - cosine * half_turn[0, j])
             if np.isnan(turn):
                 turn = 0.0
             moved = rule.translation_weight * np.sqrt(dx * dx + dz * dz) + rule.rotation_weight * turn
             cost[row, k] = dimension[known.kind[j]] * moved
-            if gate and known.category[j] != codes[i]:
-                cost[row, k] = np.inf
 
 
 @compiled
@@ -330,3 +341,60 @@ def assess_batch(seen: Seen, known: Known, rule: Rule, answer: Answer) -> None:
             give_labels(cost, b, rows[:height], columns[:width], answer)
         if len(answer.costs):
             fill_costs(seen, known, rule, b, half_turn, all_rows, np.arange(m_total), answer.costs[b])
+
+
+@compiled(inline="always")
+def known_objects(
+    position: FloatArray, yaw: FloatArray, category: IntArray, kind: IntArray, sides: FloatArray
+) -> Known:
+    """Labels by their poses, (M, 2) metres and (M,) radians, for `assess_objects`; the rest as in `Known`."""
+    m = len(yaw)
+    return Known(
+        position.reshape(1, m, 2),
+        yaw.reshape(1, m),
+        category,
+        kind,
+        sides,
+        np.zeros(m, dtype=np.int64),
+        np.empty((0, 2)),
+        np.arange(m).reshape(1, m),
+    )
+
+
+@compiled(inline="always")
+def assess_objects(
+    position: FloatArray, yaw: FloatArray, detected: IntArray, known: Known, rule: Rule, costs: bool
+) -> Answer:
+    """`assess` with margins, for kernels: one snapshot of the labels' own objects, one a label.
+
+    Args:
+        position: (M, 2) metres.
+        yaw: (M,) radians.
+        detected: (n,) which of them are detected.
+        known: the labels, of B = 1.
+        rule: weights and options.
+        costs: whether all costs are given.
+    """
+    m, number, sides = len(yaw), np.empty(1, dtype=np.int64), np.empty((1, len(yaw), 3))
+    number[0] = len(detected)
+    for i in range(m):
+        for axis in range(3):
+            sides[0, i, axis] = known.sides[known.kind[i], axis]
+    seen = Seen(
+        number,
+        np.empty((1, 2)),
+        position.reshape(1, m, 2),
+        yaw.reshape(1, m),
+        sides,
+        known.category.reshape(1, m),
+        detected.reshape(1, len(detected)),
+    )
+    label, runner_up = np.empty((1, m), dtype=np.int64), np.empty((1, m), dtype=np.int64)
+    cost, margin = np.empty((1, m)), np.empty((1, m))
+    for i in range(m):
+        label[0, i], runner_up[0, i], cost[0, i], margin[0, i] = UNKNOWN, UNKNOWN, np.nan, np.nan
+    candidates, widened = np.empty(1, dtype=np.int64), np.empty(1, dtype=np.bool_)
+    every = np.empty((1 if costs else 0, m, m))
+    answer = Answer(label, cost, candidates, widened, margin, runner_up, every)
+    assess_batch(seen, known, rule, answer)
+    return answer
