@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
 from farm_ar.cli.options import REID_HELP, number
+
+if TYPE_CHECKING:
+    from farm_ar.reid import Reidentifier
+    from farm_ar.scenes import Scene, Snapshot
 
 
 def identify(
@@ -19,7 +23,11 @@ def identify(
         ),
     ],
     snapshot: Annotated[
-        Path, typer.Option(metavar="FILE", help="The snapshot: .json, or .csv with --camera.")
+        Path,
+        typer.Option(
+            metavar="FILE|-",
+            help="The snapshot: .json, or .csv with --camera; - reads standard input, one or many as JSON.",
+        ),
     ],
     room: Annotated[
         str | None,
@@ -81,22 +89,68 @@ def identify(
     What cannot be right is told of in warnings, on the error stream and in the JSON.
 
     A CSV table has the columns id, category, x, z, yaw_deg, w, h, d, in metres and degrees.
+    Snapshots on standard input are answered one by one, with --json in a line each; a bad one is answered by
+    an error, and the exit code is 2 at the end.
     Options marked (*) belong to the method spatial.
     """
+    from farm_ar.cli.inputs import make_rule, read_scene, read_snapshot, refuse
+
+    known = read_scene(scene, room)
+    asked = Asked(known, reid, explain, plot, as_json)
+    if str(snapshot) == "-":
+        refuse([("--camera", camera), ("--plot", plot)], "with --snapshot -")
+        _answer_stream(asked, make_rule(known, reid, threshold, weights, gate, solver, min_confidence))
+        return
+    seen = read_snapshot(snapshot, camera)
+    _answer(asked, make_rule(known, reid, threshold, weights, gate, solver, min_confidence), seen)
+
+
+class Asked(NamedTuple):
+    """What is asked for: the scene, the method's name, and what is shown of an answer, and how."""
+
+    scene: Scene
+    reid: str
+    explain: str | None
+    plot: Path | None
+    as_json: bool
+    line: bool = False
+    """Whether JSON is printed in one line."""
+
+
+def _answer_stream(asked: Asked, rule: Reidentifier) -> None:
+    """Answer the snapshots on standard input, each as soon as it is there."""
+    import json
+    import sys
+
+    from farm_ar.errors import InputError, escaped
+    from farm_ar.scenes import read_snapshots
+
+    asked, mistakes = asked._replace(line=True), 0
+    for seen in read_snapshots(sys.stdin.buffer):
+        try:
+            if isinstance(seen, InputError):
+                raise seen
+            _answer(asked, rule, seen)
+        except InputError as problem:
+            mistakes += 1
+            said = escaped(f"{type(problem).__name__}: {problem}")
+            if asked.as_json:
+                print(json.dumps({"error": said}))
+            else:
+                typer.echo(said, err=True)
+        sys.stdout.flush()
+    if mistakes:
+        raise typer.Exit(2)
+
+
+def _answer(asked: Asked, rule: Reidentifier, seen: Snapshot) -> None:
+    """Identify the detections of a snapshot, and print and draw what is asked for."""
     from farm_ar.cli import output, reports
-    from farm_ar.cli.inputs import (
-        check_size,
-        decided_by_category,
-        explanation,
-        make_rule,
-        read_scene,
-        read_snapshot,
-    )
+    from farm_ar.cli.inputs import check_size, decided_by_category, explanation
     from farm_ar.reid import identify as checked_identify
 
-    known, seen = read_scene(scene, room), read_snapshot(snapshot, camera)
+    known, reid, explain, plot, as_json, line = asked
     check_size(reid, len(known.layout), len(seen.detections))
-    rule = make_rule(known, reid, threshold, weights, gate, solver, min_confidence)
     found = checked_identify(known, seen, reports.Affordable(rule, known))
     why = None if explain is None else explanation(rule, seen, explain)
     if plot is not None:
@@ -106,13 +160,14 @@ def identify(
     for warning in found.warnings:
         typer.echo(f"Warning: {output.printable(warning)}", err=True)
     if as_json:
-        output.print_json(reports.as_values(seen, found) | ({} if why is None else {"explanation": why}))
+        values = reports.as_values(seen, found) | ({} if why is None else {"explanation": why})
+        output.print_json(values, line)
         return
     output.print_table(
         reports.DETECTION_COLUMNS, reports.detection_rows(seen, found), reports.DETECTION_NUMBERS
     )
-    for line in reports.summarise(known, seen, found):
-        output.print_line(line)
+    for words in reports.summarise(known, seen, found):
+        output.print_line(words)
     if decided := decided_by_category(rule, seen, found):
         which = f"{len(decided)} of {len(seen.detections)} detections ({reports.some(decided)})"
         output.print_line(f"Categories decided the labels of {which}: with --no-gate they would be others")

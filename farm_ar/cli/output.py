@@ -56,9 +56,9 @@ def printable(text: str) -> str:
     return "".join(sign if sign.isprintable() else "\N{REPLACEMENT CHARACTER}" for sign in text)
 
 
-def print_json(value: Any) -> None:
-    """Print a value as JSON and nothing else."""
-    print(json.dumps(value, indent=1, allow_nan=False))
+def print_json(value: Any, line: bool = False) -> None:
+    """Print a value as JSON and nothing else, on request in one line."""
+    print(json.dumps(value, indent=None if line else 1, allow_nan=False))
 
 
 PATIENCE_S = 1.5

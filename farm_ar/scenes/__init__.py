@@ -21,6 +21,7 @@ from farm_ar.scenes.noise import Gaussian, LayoutNoise
 from farm_ar.scenes.observing import PERFECT, Detector, observe, observe_many, occluded, visible
 from farm_ar.scenes.scene import Scene, Site, Template, Weights
 from farm_ar.scenes.snapshot import UNKNOWN, Detections, Snapshot, SnapshotBatch
+from farm_ar.scenes.streams import read_snapshots
 from farm_ar.scenes.worlds import UNITS, WORLD_FRAMES, World
 
 __all__ = [
@@ -56,6 +57,7 @@ __all__ = [
     "observe",
     "observe_many",
     "occluded",
+    "read_snapshots",
     "save_scene",
     "save_snapshot",
     "scene_from_dict",

@@ -81,9 +81,19 @@ def read_json(path: str | os.PathLike[str], error: type[InputError]) -> Any:
     """
     text = read_text(path, error, "JSON")
     try:
-        return json.loads(text, object_pairs_hook=_without_repeats)
+        return json_in(text)
     except (ValueError, RecursionError) as problem:
         raise error("file", "must be JSON", str(problem), Path(path).name) from None
+
+
+def json_in(text: str) -> Any:
+    """The contents of JSON text.
+
+    Raises:
+        ValueError: it is not JSON, or an object in it has two fields of one name.
+        RecursionError: it is nested too deep.
+    """
+    return json.loads(text, object_pairs_hook=_without_repeats)
 
 
 @contextmanager
