@@ -177,7 +177,7 @@ def make_case(kind: str, seed: int, look: Look) -> Case:
         category, back.position(place[order]), back.yaw(yaw[order]), np.full((len(order), 3), 0.1 * unit)
     )
     eye = Camera(back.position(camera[None])[0], facing + back.turn, FieldOfView(*view))
-    return Case(Scene(kind, (unit, unit), layout), Snapshot(eye, detections), motion)
+    return Case(Scene(kind, None, layout), Snapshot(eye, detections), motion)
 
 
 def measure(look: Look, worlds: int) -> dict[str, float]:

@@ -41,6 +41,10 @@ class SnapshotError(InputError):
     """A snapshot, its camera or its detections that cannot be used."""
 
 
+class SessionError(InputError):
+    """A session's file that cannot be used, or a step that a session cannot take."""
+
+
 class OptionError(InputError):
     """An option with a value outside what it allows."""
 

@@ -37,6 +37,13 @@ def identify(
         str | None,
         typer.Option(metavar="X,Z,YAW_DEG,FOV_DEG,RANGE_M", help="The camera; for a snapshot in CSV only."),
     ] = None,
+    frame: Annotated[
+        str,
+        typer.Option(
+            metavar="FRAME",
+            help="The snapshot's: map, the scene's own, or unknown, to be found by what stands where.",
+        ),
+    ] = "map",
     reid: Annotated[
         str,
         typer.Option(
@@ -96,7 +103,7 @@ def identify(
     from farm_ar.cli.inputs import make_rule, read_scene, read_snapshot, refuse
 
     known = read_scene(scene, room)
-    asked = Asked(known, reid, explain, plot, as_json)
+    asked = Asked(known, reid, explain, plot, as_json, frame)
     if str(snapshot) == "-":
         refuse([("--camera", camera), ("--plot", plot)], "with --snapshot -")
         _answer_stream(asked, make_rule(known, reid, threshold, weights, gate, solver, min_confidence))
@@ -113,6 +120,7 @@ class Asked(NamedTuple):
     explain: str | None
     plot: Path | None
     as_json: bool
+    frame: str
     line: bool = False
     """Whether JSON is printed in one line."""
 
@@ -147,11 +155,15 @@ def _answer(asked: Asked, rule: Reidentifier, seen: Snapshot) -> None:
     """Identify the detections of a snapshot, and print and draw what is asked for."""
     from farm_ar.cli import output, reports
     from farm_ar.cli.inputs import check_size, decided_by_category, explanation
+    from farm_ar.reid import align
     from farm_ar.reid import identify as checked_identify
 
-    known, reid, explain, plot, as_json, line = asked
+    known, reid, explain, plot, as_json, frame, line = asked
     check_size(reid, len(known.layout), len(seen.detections))
-    found = checked_identify(known, seen, reports.Affordable(rule, known))
+    found = checked_identify(known, seen, reports.Affordable(rule, known), frame)
+    if frame == "unknown":
+        alignment = align(known, seen)
+        seen = alignment.apply(seen)
     why = None if explain is None else explanation(rule, seen, explain)
     if plot is not None:
         from farm_ar.cli.reports import picture_of_identification
@@ -161,11 +173,14 @@ def _answer(asked: Asked, rule: Reidentifier, seen: Snapshot) -> None:
         typer.echo(f"Warning: {output.printable(warning)}", err=True)
     if as_json:
         values = reports.as_values(seen, found) | ({} if why is None else {"explanation": why})
+        values |= reports.frame_values(alignment) if frame == "unknown" else {}
         output.print_json(values, line)
         return
     output.print_table(
         reports.DETECTION_COLUMNS, reports.detection_rows(seen, found), reports.DETECTION_NUMBERS
     )
+    if frame == "unknown":
+        output.print_line(reports.frame_line(alignment))
     for words in reports.summarise(known, seen, found):
         output.print_line(words)
     if decided := decided_by_category(rule, seen, found):

@@ -15,9 +15,10 @@ from farm_ar.cli.options import writing
 from farm_ar.drawing import draw_identification, draw_scene, new_picture, save_picture
 from farm_ar.drawing.pictures import in_picture
 from farm_ar.drawing.scenes import MOST_LABELS
-from farm_ar.reid import Assurance, Certificate, Identification, Reidentifier
+from farm_ar.reid import Alignment, Assurance, Certificate, Identification, Reidentifier
 from farm_ar.scenes import BUILTIN, Camera, Scene, Snapshot, builtin_scene
 from farm_ar.scenes.builtin import DESCRIPTIONS
+from farm_ar.scenes.files import degrees
 
 MOST_ASSURED = 1000
 """Detections of which margins are worked out."""
@@ -148,6 +149,22 @@ def as_values(snapshot: Snapshot, found: Identification) -> dict[str, Any]:
         "solve_time_s": float(found.solve_time),
         "warnings": list(found.warnings),
     }
+
+
+def frame_values(alignment: Alignment) -> dict[str, Any]:
+    """A frame that was found as JSON values: the pose of its origin in the map, and how sure that is."""
+    start = alignment.motion.about(np.zeros(2))
+    x, z = start.shift.tolist()
+    pose = {"x": x, "z": z, "yaw_deg": degrees(start.turn)}
+    sure = {"confidence": alignment.confidence, "ambiguous": alignment.ambiguous}
+    return {"frame": {**pose, **sure, "reason": alignment.reason or None}}
+
+
+def frame_line(alignment: Alignment) -> str:
+    """The same in a line."""
+    of = frame_values(alignment)["frame"]
+    where = f"its origin at ({of['x']:z.2f}, {of['z']:z.2f}), turned by {of['yaw_deg']:z.1f}°"
+    return f"Frame: {where}, with a probability of {of['confidence']:.3f}; poses here are the map's"
 
 
 def _certificate(certified: Certificate) -> dict[str, Any]:

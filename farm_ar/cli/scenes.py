@@ -100,6 +100,7 @@ def validate(
 KINDS = {
     "scene": "farm_ar.scenes.json_files:SCENE",
     "snapshot": "farm_ar.scenes.json_files:SNAPSHOT",
+    "session": "farm_ar.reid.session.documents:SESSION",
     "trace": "farm_ar.envs.trace:TRACE",
     "script": "farm_ar.showcases.script:SCRIPT",
     "failures": "farm_ar.agents.stress.failures:REPORT",

@@ -33,6 +33,7 @@ from farm_ar.reid.registration import Registration, RigidMotion, register
 from farm_ar.reid.registry import REIDENTIFIERS, ReidFactory, load_reid, reid_factory
 from farm_ar.reid.relational.method import RelationalReid
 from farm_ar.reid.relational.options import Relation, RelationalOptions
+from farm_ar.reid.session import Session
 from farm_ar.reid.spatial import TERMS, SpatialOptions, SpatialReid
 
 __all__ = [
@@ -69,6 +70,7 @@ __all__ = [
     "RelationalOptions",
     "RelationalReid",
     "RigidMotion",
+    "Session",
     "SpatialOptions",
     "SpatialReid",
     "SquaredDistanceReid",

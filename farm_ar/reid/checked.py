@@ -11,6 +11,7 @@ import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.errors import OptionError
+from farm_ar.reid.alignment import align
 from farm_ar.reid.base import Assurance, Identification, Reidentifier, as_reidentifier
 from farm_ar.reid.plausibility import Finding, check, set_aside
 from farm_ar.reid.plausibility.finding import some
@@ -80,7 +81,13 @@ def _rule(reid: Any, scene: Scene) -> Reidentifier:
 
 def _aligned(scene: Scene, snapshot: Snapshot) -> tuple[Snapshot, float, list[str]]:
     """The snapshot in the scene's frame, how sure that is, and what is to be said of it."""
-    raise OptionError("frame", "must be map: alignment is not there yet", "unknown")
+    found = align(scene, snapshot)
+    said = list[str]()
+    if not found.certain:
+        others = f", as {len(found.alternatives)} others may be" if found.alternatives else ""
+        sure = f"the snapshot's frame is right with a probability of {found.confidence:.0%}{others}"
+        said.append(f"{sure}: {found.reason}; align(..., anchor=...) takes one pose known in both frames")
+    return found.apply(snapshot), found.confidence, said
 
 
 def _whole(

@@ -10,12 +10,15 @@ from farm_ar.reid import (
     LastKnownReid,
     LikelihoodReid,
     NearestReid,
+    RigidMotion,
     SpatialOptions,
     SpatialReid,
 )
+from farm_ar.reid.alignment import moved
 from farm_ar.scenes import (
     Camera,
     Detections,
+    FieldOfView,
     Snapshot,
     Weights,
     load_scene,
@@ -394,3 +397,23 @@ def test_warnings_go_to_the_error_stream_and_into_the_json(run, before, seen, tm
         assert "Warning" not in result.stdout
         assert result.exit_code == 0
     assert [one.startswith(said) for one in json.loads(result.stdout)["warnings"]] == [True]
+
+
+def test_a_snapshot_in_an_unknown_frame_is_answered_with_poses_in_the_maps(run, tmp_path, before):
+    scene = load_scene(before)
+    camera = Camera(scene.layout.position.mean(axis=0) - [0, 5], 0.0, FieldOfView(1.5, 1.5, 50.0))
+    motion = RigidMotion(np.zeros(2), np.array([3.0, -40.0]), np.array(2.0))
+    snapshot, truth = observe(scene.layout, camera)
+    save_snapshot(moved(snapshot, motion.inverse()), tmp_path / "seen.json")
+    command = ("identify", "--scene", before, "--snapshot", tmp_path / "seen.json", "--reid", "likelihood")
+    answer = json.loads(run(*command, "--frame", "unknown", "--json").stdout)
+    assert answer["labels"] == list(truth)
+    assert (answer["frame"]["x"], answer["frame"]["z"]) == pytest.approx((3.0, -40.0), abs=1e-6)
+    assert answer["frame"]["yaw_deg"] == pytest.approx(np.rad2deg(2.0), abs=1e-6)
+    assert answer["frame"]["confidence"] > 0.95
+    x, z = snapshot.detections.position[0]
+    text = run(*command, "--frame", "unknown").stdout
+    assert "Frame: its origin at (3.00, -40.00), turned by 114.6°" in text
+    assert f"{x:z.2f}" in text
+    assert f"{z:z.2f}" in text
+    assert run(*command, "--frame", "nowhere").exit_code == 2

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from farm_ar.errors import SnapshotError
-from farm_ar.reid import RigidMotion, align
+from farm_ar.reid import RigidMotion, align, identify
 from farm_ar.reid.alignment import moved, spacing_of
 from farm_ar.scenes import Camera, Detections, FieldOfView, Layout, Scene, Snapshot, builtin_scene, observe
 
@@ -31,7 +31,7 @@ def scene_of(position, yaw, category=None, fixed=None, symmetry=None):
     layout = Layout(
         tuple(f"o{i}" for i in range(n)), category, position, yaw, np.full((n, 3), 0.1), fixed=fixed
     )
-    return Scene("map", (1.0, 1.0), layout, symmetry=symmetry or {})
+    return Scene("map", None, layout, symmetry=symmetry or {})
 
 
 def snapshot_of(position, yaw, category=None, fov=ALL_ROUND, camera=(0.0, -50.0)):
@@ -296,3 +296,19 @@ def test_the_built_in_scenes_are_aligned(name):
     spacing = spacing_of(scene.layout.position, scene.layout.size)
     distance, turn = off(found, motion, snapshot)
     assert (distance < 0.05 * spacing and turn < np.deg2rad(2)) or not found.certain
+
+
+def test_identify_finds_an_unknown_frame_and_says_where_it_is_not_certain():
+    case = worlds.make_case("room", 5, worlds.Look(moved=0.1))
+    known = identify(case.scene, moved(case.snapshot, case.motion), "likelihood")
+    found = identify(case.scene, case.snapshot, "likelihood", frame="unknown")
+    assert found.labels == known.labels
+    assert found.confidence == pytest.approx(known.confidence, abs=0.05)
+    assert not any("frame" in warning for warning in found.warnings)
+    place, yaw = regular(4)
+    seen = moved(snapshot_of(place, yaw), motion_of(5.0, 5.0, 1.0))
+    doubtful = identify(scene_of(place, yaw), seen, "likelihood", frame="unknown")
+    assert any("several sides" in warning and "3 others" in warning for warning in doubtful.warnings)
+    # One of four motions is right, and by the others every label is another one's.
+    assert doubtful.confidence == pytest.approx(0.25 + 0.75 / 5, abs=0.05)
+    assert identify(scene_of(place, yaw), snapshot_of(place[:0], yaw[:0]), frame="unknown").labels == ()

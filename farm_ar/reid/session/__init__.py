@@ -1,0 +1,18 @@
+"""Sessions: identities over many snapshots of one place, with what is confirmed, corrected and learnt."""
+
+from farm_ar.reid.session.method import Session
+from farm_ar.reid.session.state import Aligned, Committed, Confirmed, Corrected, Event, Look, Looked, State
+from farm_ar.reid.session.tracks import Track
+
+__all__ = [
+    "Aligned",
+    "Committed",
+    "Confirmed",
+    "Corrected",
+    "Event",
+    "Look",
+    "Looked",
+    "Session",
+    "State",
+    "Track",
+]
