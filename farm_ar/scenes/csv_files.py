@@ -142,6 +142,8 @@ class _Row:
 class _Table:
     """A table read as text; blank lines, space around a cell and a first line `sep=,` mean nothing.
 
+    Between semicolons numbers may have a decimal comma, as spreadsheets of many countries write them.
+
     Args:
         path: the file.
         error: the class of the errors to raise.
@@ -153,8 +155,12 @@ class _Table:
         self.rows: list[_Row] = []
         more = [column for column in MORE_COLUMNS if column in own or column not in _OF_SOME]
         text = read_text(path, error, "a CSV table")
+        begin = text.split("\n", 1)[0]
+        semicolons = begin.count(";") > begin.count(",")
         try:
-            lines = csv.reader(io.StringIO(text, newline=""), skipinitialspace=True)
+            lines = csv.reader(
+                io.StringIO(text, newline=""), delimiter=";" if semicolons else ",", skipinitialspace=True
+            )
             header = [column.strip() for column in next(lines, [])]
             if header == ["sep=", ""]:
                 header = [column.strip() for column in next(lines, [])]
@@ -168,6 +174,12 @@ class _Table:
                         f"line {lines.line_num}", f"must have {len(header)} cells", len(values), self.source
                     )
                 row = dict(zip(header, values, strict=True))
+                if semicolons:
+                    row |= {
+                        column: cell.replace(",", ".")
+                        for column, cell in row.items()
+                        if column in _NUMBERS and _DECIMAL_COMMA.fullmatch(cell)
+                    }
                 self.rows.append(_Row(row, lines.line_num, error, self.source))
         except csv.Error as problem:
             raise error("file", "must be a CSV table", str(problem), self.source) from None
@@ -180,11 +192,9 @@ class _Table:
         whole = all(there.isdisjoint(columns) or there.issuperset(columns) for columns in _TOGETHER.values())
         if known and placed and whole:
             return
-        expected = f"must be {','.join(COLUMNS)} in any order (all but id, x and z may be left out; "
+        between = ", with commas (or semicolons) between them, not tabs," if "\t" in "".join(header) else ""
+        expected = f"must be {','.join(COLUMNS)}{between} in any order (all but id, x and z may be left out; "
         expected += f"{', '.join(more)} may be added)"
-        for sign, name in ((";", "semicolons"), ("\t", "tabs")):
-            if sign in "".join(header):
-                expected += f", with commas between columns and decimal points, not {name}"
         raise self._error("header", expected, ",".join(header), self.source)
 
     def _world(self) -> dict[str, str]:

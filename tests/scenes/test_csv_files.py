@@ -56,9 +56,21 @@ def test_every_value_of_a_table_is_read(table):
         TABLE.replace("chair 1", '"chair 1"').replace(",table", ', "table"'),
         TABLE.replace("\n", "\n\n") + "  \n,,,,,,,\n",
         TABLE.rstrip("\n"),
+        TABLE.replace(",", ";").replace(".", ","),
+        "sep=;\n" + TABLE.replace(",", ";"),
         "h,d,w,yaw_deg,z,x,category,id\n1,.5,.4,90,2.5,1,chair,chair 1\n.7,.8,1.2,-400,0,-1,table,table\n",
     ],
-    ids=["BOM", "CRLF", "spaces", "quotes", "blank lines", "no end of line", "another order"],
+    ids=[
+        "BOM",
+        "CRLF",
+        "spaces",
+        "quotes",
+        "blank lines",
+        "no end of line",
+        "semicolons",
+        "sep",
+        "another order",
+    ],
 )
 def test_a_table_may_be_written_as_spreadsheets_and_people_do(table, text):
     assert_the_example(load_layout_csv(table(text)))
@@ -127,6 +139,7 @@ def line(**changes: str) -> str:
 
 
 FORM = "must be id,category,x,z,yaw_deg,w,h,d in any order (...)"
+TABS = FORM.replace(" in", ", with commas (or semicolons) between them, not tabs, in", 1)
 
 
 @pytest.mark.parametrize(("load", "error"), LOADERS)
@@ -142,18 +155,12 @@ FORM = "must be id,category,x,z,yaw_deg,w,h,d in any order (...)"
         (f"{HEADER},x", f"header: {FORM}, got '{HEADER},x'"),
         (f"{HEADER},y,y", f"header: {FORM}, got '{HEADER},y,y'"),
         (
-            HEADER.replace(",", ";"),
-            (
-                f"header: {FORM}, with commas between columns and decimal points, not semicolons, "
-                f"got '{HEADER.replace(',', ';')}'"
-            ),
+            HEADER.replace(",", "\t"),
+            f"header: {TABS}, got {HEADER.replace(',', chr(9))!r}",
         ),
         (
-            HEADER.replace(",", "\t"),
-            (
-                f"header: {FORM}, with commas between columns and decimal points, not tabs, "
-                f"got {HEADER.replace(',', chr(9))!r}"
-            ),
+            line(x="1,60").replace(",", ";").replace("1;60", "1.600,5"),
+            "line 4, x: must be a finite number, got '1.600,5'",
         ),
         (
             line(x='"1,60"'),
