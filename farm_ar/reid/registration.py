@@ -100,17 +100,77 @@ def register(
     before, after = source - pivot[..., None, :], target - pivot[..., None, :]
     weight = precision[..., None]
     sum_before, sum_after = (weight * before).sum(axis=-2), (weight * after).sum(axis=-2)
-    information = precision.sum(axis=-1) + shift_precision
-    along = (weight * before * after).sum(axis=(-2, -1)) - (sum_before * sum_after).sum(axis=-1) / information
-    across = (precision * _cross(before, after)).sum(axis=-1) - _cross(sum_before, sum_after) / information
-    along = along + turn_concentration
+    along, across = (
+        (weight * before * after).sum(axis=(-2, -1)),
+        (precision * _cross(before, after)).sum(axis=-1),
+    )
     if turn is not None and concentration is not None:
         along = along + (concentration * np.cos(turn)).sum(axis=-1)
         across = across + (concentration * np.sin(turn)).sum(axis=-1)
+    parts = (precision.sum(axis=-1)[..., None], sum_before, sum_after, along[..., None], across[..., None])
+    motion, information, sharpness = solve_motion(
+        np.concatenate(parts, axis=-1), shift_precision, turn_concentration
+    )
+    shift = motion[..., :2]
+    about = RigidMotion(np.broadcast_to(pivot, shift.shape), shift, motion[..., 2])
+    return Registration(about, information, sharpness)
+
+
+def solve_motion(
+    sums: FloatArray, shift_precision: float, turn_concentration: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The likeliest motion (..., 3): shift x and z, turn; the information of its shift and of its turn (...).
+
+    Args:
+        sums: (..., 7) of `add_pair`.
+        shift_precision: of the prior, 1 / m^2.
+        turn_concentration: of the prior, 1 / rad^2.
+    """
+    information, along, across = _fitted(sums, shift_precision, turn_concentration)
     angle = np.arctan2(across, along)
-    shift = (sum_after - turned(sum_before, angle)) / information[..., None]
-    motion = RigidMotion(np.broadcast_to(pivot, shift.shape), shift, angle)
-    return Registration(motion, information, np.hypot(along, across))
+    shift = (sums[..., 3:5] - turned(sums[..., 1:3], angle)) / information[..., None]
+    return np.concatenate([shift, angle[..., None]], axis=-1), information, np.hypot(along, across)
+
+
+def volume(
+    sums: FloatArray, shift_precision: float, turn_concentration: float, motion: FloatArray
+) -> FloatArray:
+    """(...) log share of the prior's motions that do as well as the likeliest, by Laplace's approximation.
+
+    Args:
+        sums: (..., 7) of `add_pair`.
+        shift_precision: of the prior, 1 / m^2.
+        turn_concentration: of the prior, 1 / rad^2.
+        motion: (3,) the likeliest, metres and radians.
+    """
+    information, along, across = _fitted(sums, shift_precision, turn_concentration)
+    held = np.maximum(np.hypot(along, across), turn_concentration * 1e-3)
+    log_prior = -0.5 * shift_precision * (motion[0] ** 2 + motion[1] ** 2)
+    log_prior -= turn_concentration * (1 - np.cos(motion[2]))
+    log_prior = log_prior + np.log(shift_precision / information)
+    result: FloatArray = log_prior + 0.5 * np.log(turn_concentration / held)
+    return result
+
+
+def _fitted(
+    sums: FloatArray, shift_precision: float, turn_concentration: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Information of the shift; cosine and sine of the turn, the shift eliminated, by that of the turn."""
+    information = sums[..., 0] + shift_precision
+    before, after = sums[..., 1:3], sums[..., 3:5]
+    along = sums[..., 5] + turn_concentration - (before * after).sum(axis=-1) / information
+    across = sums[..., 6] - _cross(before, after) / information
+    return information, along, across
+
+
+def concentration_of(sd: FloatArray) -> FloatArray:
+    """(...) that of the von Mises distribution most like a wrapped Gaussian of SDs (...), 1 / rad^2.
+
+    Its mean vector is as long, by the approximation of Banerjee et al. (2005).
+    """
+    squared = np.exp(-sd * sd)
+    result: FloatArray = np.sqrt(squared) * (2.0 - squared) / (1.0 - squared)
+    return result
 
 
 def _cross(before: FloatArray, after: FloatArray) -> FloatArray:
@@ -152,56 +212,3 @@ def add_pair(
     sums[4] += precision * y1
     sums[5] += precision * (x0 * y0 + x1 * y1) + concentration * math.cos(turn)
     sums[6] += precision * (y0 * x1 - y1 * x0) + concentration * math.sin(turn)
-
-
-@_compile
-def solve_motion(
-    sums: FloatArray, shift_precision: float, turn_concentration: float, motion: FloatArray
-) -> tuple[float, float]:
-    """Fill in the likeliest motion: shift x and z, turn; returns the information of its shift and turn.
-
-    Args:
-        sums: (7,) of `add_pair`.
-        shift_precision: of the prior, 1 / m^2.
-        turn_concentration: of the prior, 1 / rad^2.
-        motion: (3,) filled, metres and radians.
-    """
-    precision = sums[0] + shift_precision
-    along = sums[5] + turn_concentration - (sums[1] * sums[3] + sums[2] * sums[4]) / precision
-    across = sums[6] - (sums[2] * sums[3] - sums[1] * sums[4]) / precision
-    motion[2] = math.atan2(across, along)
-    sine, cosine = math.sin(motion[2]), math.cos(motion[2])
-    motion[0] = (sums[3] - (cosine * sums[1] + sine * sums[2])) / precision
-    motion[1] = (sums[4] - (cosine * sums[2] - sine * sums[1])) / precision
-    return precision, math.hypot(along, across)
-
-
-@_compile
-def volume(sums: FloatArray, shift_precision: float, turn_concentration: float, motion: FloatArray) -> float:
-    """Log share of the prior's motions that do as well as the likeliest, by Laplace's approximation.
-
-    Args:
-        sums: (7,) of `add_pair`.
-        shift_precision: of the prior, 1 / m^2.
-        turn_concentration: of the prior, 1 / rad^2.
-        motion: (3,) the likeliest, metres and radians.
-    """
-    precision = sums[0] + shift_precision
-    along = sums[5] + turn_concentration - (sums[1] * sums[3] + sums[2] * sums[4]) / precision
-    across = sums[6] - (sums[2] * sums[3] - sums[1] * sums[4]) / precision
-    turned = max(math.hypot(along, across), turn_concentration * 1e-3)
-    log_prior = -0.5 * shift_precision * (motion[0] ** 2 + motion[1] ** 2)
-    log_prior -= turn_concentration * (1 - math.cos(motion[2]))
-    return float(
-        log_prior + math.log(shift_precision / precision) + 0.5 * math.log(turn_concentration / turned)
-    )
-
-
-@_compile
-def concentration_of(sd: float) -> float:
-    """That of the von Mises distribution most like a wrapped Gaussian of a standard deviation, 1 / rad^2.
-
-    Its mean vector is as long, by the approximation of Banerjee et al. (2005).
-    """
-    squared = math.exp(-sd * sd)
-    return math.sqrt(squared) * (2.0 - squared) / (1.0 - squared)

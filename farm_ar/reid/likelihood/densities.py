@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from farm_ar.arrays import FloatArray
+from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.kernels import compiled
 from farm_ar.reid.likelihood.motions import WALL
-from farm_ar.reid.likelihood.records import Detecting, Eyes, Found, Labels, Models, View
+from farm_ar.reid.likelihood.records import Eyes, Found, Known, Labels, Models, View
 
 ROOT_TWO_PI = math.sqrt(2 * math.pi)
 
@@ -69,67 +69,100 @@ def hidden(found: Found, b: int, ex: float, ez: float, x: float, z: float) -> bo
 
 @_compile
 def view_probability(
-    labels: Labels, models: Models, view: View, eyes: Eyes, found: Found, b: int, result: FloatArray
+    known: Known, labels: Labels, eyes: Eyes, found: Found, first: int, last: int, result: FloatArray
 ) -> None:
-    """Fill (A, M): how probable it is that each label's object, having moved on each scale, is in view."""
-    points = len(models.offset)
-    sine, cosine = math.sin(eyes.yaw[b]), math.cos(eyes.yaw[b])
-    rise, level = math.sin(eyes.pitch[b]), math.cos(eyes.pitch[b])
-    ex, ez = eyes.position[b, 0], eyes.position[b, 1]
-    west = 0.0 if labels.room[0] < math.inf else -math.inf
-    south = 0.0 if labels.room[1] < math.inf else -math.inf
-    farthest = 0.0
+    """Fill (A, M): how probable it is that each label's object, having moved on each scale, is in view.
+
+    Args:
+        known: how it moves, and what a camera sees.
+        labels: where it moves from.
+        eyes: the cameras.
+        found: the detections, which may hide it.
+        first: the first of the cameras, any of which may see it.
+        last: the one after the last of them.
+        result: filled.
+    """
+    models, view = known.models, known.camera
+    points, farthest = len(models.offset), 0.0
     for q in range(points):
         farthest = max(farthest, math.hypot(models.offset[q, 0], models.offset[q, 1]))
     for j in range(len(labels.yaw)):
-        above = labels.elevation[j] - eyes.height[b]
-        x, z = labels.position[j, 0], labels.position[j, 1]
-        away = math.hypot(x - ex, z - ez)
         for a in range(len(models.translation_sd)):
             sd = models.translation_sd[a]
             result[a, j] = 0.0
-            if away > view.range_m + farthest * sd:
+            reach, near = view.range_m + farthest * sd, False
+            for b in range(first, last):
+                x, z = (
+                    labels.position[j, 0] - eyes.position[b, 0],
+                    labels.position[j, 1] - eyes.position[b, 1],
+                )
+                near = near or not x * x + z * z > reach * reach
+            if not near:
                 continue
             inside = 0
             for q in range(points):
-                dx = min(max(x + sd * models.offset[q, 0], west), labels.room[0]) - ex
-                dz = min(max(z + sd * models.offset[q, 1], south), labels.room[1]) - ez
-                square = dx * dx + dz * dz
-                right, ahead = dx * cosine - dz * sine, dx * sine + dz * cosine
-                limit = view.right if right >= 0.0 else view.left
-                seen = square <= view.range_m * view.range_m and ahead >= limit * math.sqrt(square)
-                if seen and view.vertical:
-                    up, forward = above * level - ahead * rise, above * rise + ahead * level
-                    seen = forward > 0.0 and -view.down <= math.atan2(up, forward) <= view.up
-                if seen and view.occlusion:
-                    seen = not hidden(found, b, ex, ez, ex + dx, ez + dz)
-                if seen:
-                    inside += 1
+                x = labels.position[j, 0] + sd * models.offset[q, 0]
+                z = labels.position[j, 1] + sd * models.offset[q, 1]
+                if labels.room[0] < math.inf:
+                    x, z = min(max(x, 0.0), labels.room[0]), min(max(z, 0.0), labels.room[1])
+                for b in range(first, last):
+                    if in_view(view, eyes, found, b, x, labels.elevation[j], z):
+                        inside += 1
+                        break
             result[a, j] = inside / points
 
 
 @_compile
-def likeness(
-    labels: Labels, detecting: Detecting, category: int, sides: FloatArray, result: FloatArray
-) -> None:
-    """Fill (M,): how likely a detection's category and size are for each label's object.
-
-    A size that is not known on either side is as likely as that of the right object is on average.
-    """
-    for j in range(len(result)):
-        total = 0.0
-        for k in range(3):
-            total += (sides[k] - labels.sides[j, k]) ** 2
-        like = detecting.category[category, labels.category[j]]
-        squares = 3.0 if math.isnan(total) else total / detecting.log_side_sd**2
-        result[j] = like * math.exp(-0.5 * squares)
+def in_view(view: View, eyes: Eyes, found: Found, b: int, x: float, y: float, z: float) -> bool:
+    """Whether camera b sees a place, metres, if its detections do not hide it."""
+    dx, dz = x - eyes.position[b, 0], z - eyes.position[b, 1]
+    sine, cosine = math.sin(eyes.yaw[b]), math.cos(eyes.yaw[b])
+    square = dx * dx + dz * dz
+    right, ahead = dx * cosine - dz * sine, dx * sine + dz * cosine
+    limit = view.right if right >= 0.0 else view.left
+    if square > view.range_m * view.range_m or ahead < limit * math.sqrt(square):
+        return False
+    if view.vertical:
+        rise, level = math.sin(eyes.pitch[b]), math.cos(eyes.pitch[b])
+        above = y - eyes.height[b]
+        up, forward = above * level - ahead * rise, above * rise + ahead * level
+        if not (forward > 0.0 and -view.down <= math.atan2(up, forward) <= view.up):
+            return False
+    return not (view.occlusion and hidden(found, b, eyes.position[b, 0], eyes.position[b, 1], x, z))
 
 
 @_compile
-def translation_density(
-    labels: Labels, models: Models, detecting: Detecting, position: FloatArray, result: FloatArray
-) -> None:
-    """Fill (A, N, M): density of each detection's place for each scale and label."""
+def look(known: Known, category: IntArray, sides: FloatArray, like: FloatArray, nothing: FloatArray) -> None:
+    """Fill in how likely the detections' looks are.
+
+    A size that is not known on either side is as likely as that of the right object is on average. What has
+    no label is like some label's object, anywhere in view and turned anyhow.
+
+    Args:
+        known: the labels, the detector and the view.
+        category: (N or more,) codes.
+        sides: (N or more, 3) sorted logarithms of the sides.
+        like: (N, M) filled for each label.
+        nothing: (N,) filled with the density of a detection without a label, for each that is expected.
+    """
+    labels, detecting = known.labels, known.detecting
+    n, m = like.shape
+    for i in range(n):
+        every = 0.0
+        for j in range(m):
+            total = 0.0
+            for k in range(3):
+                total += (sides[i, k] - labels.sides[j, k]) ** 2
+            squares = 3.0 if math.isnan(total) else total / detecting.log_side_sd**2
+            like[i, j] = detecting.category[category[i], labels.category[j]] * math.exp(-0.5 * squares)
+            every += like[i, j]
+        nothing[i] = every / m / (known.camera.area * 2 * math.pi)
+
+
+@_compile
+def translation_density(known: Known, labels: Labels, position: FloatArray, result: FloatArray) -> None:
+    """Fill (A, N, M): density of each detection's place (N or more, 2) for each scale and label."""
+    models, detecting = known.models, known.detecting
     for a in range(len(models.translation_sd)):
         sd = models.translation_sd[a]
         for i in range(result.shape[1]):
@@ -148,10 +181,10 @@ def translation_density(
 
 
 @_compile
-def heading_density(labels: Labels, models: Models, yaw: FloatArray, result: FloatArray) -> None:
-    """Fill (B, N, M): density of each detection's heading for each scale and label, from the tables."""
+def heading_density(models: Models, labels: Labels, yaw: FloatArray, result: FloatArray) -> None:
+    """Fill (B, N, M): density of each detection's heading (N or more,) for each scale and label."""
     scales, _, size = models.heading.shape
-    for i in range(len(yaw)):
+    for i in range(result.shape[1]):
         for j in range(len(labels.yaw)):
             period = labels.period[j]
             turn = yaw[i] - labels.yaw[j]

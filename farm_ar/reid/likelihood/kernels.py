@@ -11,11 +11,11 @@ from farm_ar.kernels import compiled
 from farm_ar.reid.assignment import assign, find_margins
 from farm_ar.reid.likelihood.densities import (
     heading_density,
-    likeness,
+    look,
     translation_density,
     view_probability,
 )
-from farm_ar.reid.likelihood.records import Answer, Detecting, Eyes, Found, Labels, Models, View
+from farm_ar.reid.likelihood.records import Answer, Eyes, Found, Known, Reach, Ways
 from farm_ar.reid.marginals import (
     components,
     exact_marginals,
@@ -41,55 +41,52 @@ WORK = 2e6
 LEAST_NONE = 1e-12
 """Expected detections of what has no label, where none are expected: so that every snapshot has an answer."""
 
+LEAST_UNSEEN = 1e-9
+"""Least probability that a label is not seen."""
+
 _compile = compiled(error_model="numpy")
 
 
 @_compile
-def weigh(
-    labels: Labels,
-    models: Models,
-    detecting: Detecting,
-    k: int,
-    place: FloatArray,
-    heading: FloatArray,
-    like: FloatArray,
-    view: FloatArray,
-    weight: FloatArray,
-    unseen: FloatArray,
-) -> float:
-    """Fill in (N, M) weights and (M,) probabilities of being unseen under model k; returns their log sum.
+def weigh(known: Known, reach: Reach, like: FloatArray, ways: Ways) -> None:
+    """Fill in weights, as those of `association_marginals`, and the probabilities of being unseen.
 
-    Weights are those of `association_marginals`.
+    Args:
+        known: the labels and models.
+        reach: where the labels may be found.
+        like: (N, M) how likely the detections' looks are.
+        ways: weight, unseen and log_unseen are filled.
     """
+    labels, models = known.labels, known.models
     n, m = like.shape
-    total = 1.0
-    log_total = 0.0
-    stay = 1.0 - detecting.gone_rate
-    detect = models.detect_rate[k]
-    parts = models.share.shape[1]
-    for j in range(m):
-        inside = 0.0
-        for p in range(parts):
-            a = 0 if labels.fixed[j] else models.part[k, p, 0]
-            inside += models.share[k, p] * view[a, j]
-        unseen[j] = max(detecting.gone_rate + stay * (1.0 - detect * inside), 1e-9)
-        total *= unseen[j]
-        if total < 1e-200:
-            log_total += math.log(total)
-            total = 1.0
-    weight[:] = 0.0
-    for p in range(parts):
-        share = models.share[k, p] * stay * detect
-        if share > 0.0:
-            here, turned = place[models.part[k, p, 0]], heading[models.part[k, p, 1]]
+    stay = 1.0 - known.detecting.gone_rate
+    for k in range(len(models.log_prior)):
+        rate, total = stay * models.detect_rate[k], 1.0
+        ways.log_unseen[k] = 0.0
+        weight, unseen = ways.weight[k], ways.unseen[k]
+        for j in range(m):
+            inside = 0.0
+            for p in range(models.share.shape[1]):
+                inside += models.share[k, p] * reach.inside[0 if labels.fixed[j] else models.part[k, p, 0], j]
+            unseen[j] = max(1.0 - rate * inside, LEAST_UNSEEN)
+            total *= unseen[j]
+            if total < 1e-200:
+                ways.log_unseen[k] += math.log(total)
+                total = 1.0
+        ways.log_unseen[k] += math.log(total)
+        for p in range(models.share.shape[1]):
+            share = models.share[k, p] * rate
+            if p > 0 and share == 0.0:
+                continue
+            here, turned = reach.place[models.part[k, p, 0]], reach.heading[models.part[k, p, 1]]
             for i in range(n):
                 for j in range(m):
-                    weight[i, j] += share * here[i, j] * turned[i, j]
-    for j in range(m):
-        over = 1.0 / unseen[j]
-        for i in range(n):
-            weight[i, j] *= like[i, j] * over
-    return log_total + math.log(total)
+                    before = weight[i, j] if p > 0 else 0.0
+                    weight[i, j] = before + share * here[i, j] * turned[i, j]
+        for j in range(m):
+            over = 1.0 / unseen[j]
+            for i in range(n):
+                weight[i, j] *= like[i, j] * over
 
 
 @_compile
@@ -104,66 +101,43 @@ def falling(value: FloatArray, order: IntArray) -> None:
 
 
 @_compile
-def models_that_count(
-    labels: Labels,
-    models: Models,
-    detecting: Detecting,
-    view: View,
-    eyes: Eyes,
-    found: Found,
-    b: int,
-    weight: FloatArray,
-    none: FloatArray,
-    unseen: FloatArray,
-    each: FloatArray,
-    posterior: FloatArray,
-) -> None:
+def models_that_count(known: Known, eyes: Eyes, found: Found, b: int, ways: Ways) -> None:
     """Weigh the labels of snapshot b under every model, and find the marginals under those that may count.
 
     A model's evidence is at most the product of its rows' sums, which is quickly had: models are tried in
     falling order of that bound, until it falls short of the best evidence found by `CUT`.
 
     Args:
-        labels: what is known of the labels.
-        models: the models.
-        detecting: the detector.
-        view: what the camera sees.
-        eyes: where it was.
+        known: what is known of the labels, models and cameras.
+        eyes: where the cameras were.
         found: the detections.
         b: the snapshot.
-        weight: (K, N, M) filled, each row divided by its largest.
-        none: (K, N) filled, likewise.
-        unseen: (K, M) filled with the probability that each label is not seen.
-        each: (K, N, M + 1) filled with the marginals under each model that counts.
-        posterior: (K,) filled with the probability of each model.
+        ways: filled.
     """
+    labels, models = known.labels, known.models
     n, m, count = found.number[b], len(labels.yaw), len(models.log_prior)
-    inside = np.empty((len(models.translation_sd), m))
-    view_probability(labels, models, view, eyes, found, b, inside)
     like, nothing = np.empty((n, m)), np.empty(n)
-    for i in range(n):
-        likeness(labels, detecting, found.category[b, i], found.sides[b, i], like[i])
-        # What has no label is like some label's object, anywhere in view and turned anyhow.
-        nothing[i] = like[i].mean() / (view.area * 2 * math.pi)
-    place = np.empty((len(models.translation_sd), n, m))
-    translation_density(labels, models, detecting, found.position[b], place)
-    turned = np.empty((len(models.heading), n, m))
-    heading_density(labels, models, found.yaw[b, :n], turned)
+    look(known, found.category[b], found.sides[b], like, nothing)
+    scales, turns = len(models.translation_sd), len(models.heading)
+    reach = Reach(np.empty((scales, n, m)), np.empty((turns, n, m)), np.empty((scales, m)))
+    view_probability(known, labels, eyes, found, b, b + 1, reach.inside)
+    translation_density(known, labels, found.position[b], reach.place)
+    heading_density(models, labels, found.yaw[b], reach.heading)
+    weigh(known, reach, like, ways)
     bound, scaled = np.empty(count), np.empty(count)
     for k in range(count):
-        scaled[k] = models.log_prior[k] + weigh(
-            labels, models, detecting, k, place, turned, like, inside, weight[k], unseen[k]
-        )
+        none = ways.none[k]
         for i in range(n):
-            none[k, i] = max(nothing[i] * max(models.none_rate[k], LEAST_NONE), 1e-290)
-        scaled[k] += scale_rows(weight[k], none[k])
+            none[i] = max(nothing[i] * max(models.none_rate[k], LEAST_NONE), 1e-290)
+        scaled[k] = models.log_prior[k] + ways.log_unseen[k] + scale_rows(ways.weight[k], none)
         bound[k] = scaled[k]
         for i in range(n):
-            reach = none[k, i]
+            row = none[i]
             for j in range(m):
-                reach += weight[k, i, j]
-            bound[k] += math.log(reach)
+                row += ways.weight[k, i, j]
+            bound[k] += math.log(row)
     best: float = -np.inf
+    posterior = ways.posterior
     to_row = np.empty((n, m))
     order = np.empty(count, dtype=np.int64)
     falling(bound, order)
@@ -173,10 +147,10 @@ def models_that_count(
         if bound[k] < best - CUT:
             break
         if n <= CHEAP:
-            posterior[k] = scaled[k] + math.log(exact_marginals(weight[k], none[k], each[k]))
+            posterior[k] = scaled[k] + math.log(exact_marginals(ways.weight[k], ways.none[k], ways.each[k]))
         else:
             to_row[:] = 1.0
-            posterior[k] = scaled[k] + propagate(weight[k], none[k], each[k], to_row, 50, 1e-3)
+            posterior[k] = scaled[k] + propagate(ways.weight[k], ways.none[k], ways.each[k], to_row, 50, 1e-3)
         best = max(best, posterior[k])
     total = 0.0
     for k in range(count):
@@ -187,30 +161,28 @@ def models_that_count(
 
 
 @_compile
-def make_exact(
-    weight: FloatArray, none: FloatArray, most_exact: int, posterior: FloatArray, each: FloatArray
-) -> bool:
+def make_exact(ways: Ways, most_exact: int) -> bool:
     """Replace what belief propagation found by the exact marginals, for the models that matter most.
 
     Returns whether the marginals of the most probable model are exact.
     """
-    count, n, m = weight.shape
+    count, n, m = ways.weight.shape
     if n <= CHEAP:
         return True
     component, order = np.empty(n, dtype=np.int64), np.empty(count, dtype=np.int64)
-    falling(posterior, order)
+    falling(ways.posterior, order)
     covered, work, exact = 0.0, 0.0, False
     for rank in range(count):
         k = int(order[rank])
         if covered >= COVER or (covered > 0.0 and work > WORK):
             break
-        number = components(weight[k], component)
+        number = components(ways.weight[k], component)
         largest = largest_component(component, number)
         if largest <= most_exact:
-            marginals_by_component(weight[k], none[k], most_exact, each[k])
+            marginals_by_component(ways.weight[k], ways.none[k], most_exact, ways.each[k])
             exact = exact or covered == 0.0
         work += m * largest * 2.0**largest
-        covered += posterior[k]
+        covered += ways.posterior[k]
     return exact
 
 
@@ -248,41 +220,38 @@ def decide(probability: FloatArray, least: float, answer: Answer, b: int) -> Non
 
 @_compile
 def identify_batch(
-    labels: Labels,
-    models: Models,
-    detecting: Detecting,
-    view: View,
-    eyes: Eyes,
-    found: Found,
-    least: float,
-    most_exact: int,
-    answer: Answer,
+    known: Known, eyes: Eyes, found: Found, least: float, most_exact: int, answer: Answer
 ) -> None:
     """Identify B snapshots; fills in the answer, which comes filled with nothing."""
-    count, m = len(models.log_prior), len(labels.yaw)
+    count, m = len(known.models.log_prior), len(known.labels.yaw)
     for b in range(len(found.number)):
         n = found.number[b]
-        weight, none, unseen = np.empty((count, n, m)), np.empty((count, n)), np.empty((count, m))
-        each, posterior = np.zeros((count, n, m + 1)), np.empty(count)
-        models_that_count(
-            labels, models, detecting, view, eyes, found, b, weight, none, unseen, each, posterior
+        ways = Ways(
+            np.empty((count, n, m)),
+            np.empty((count, n)),
+            np.empty((count, m)),
+            np.empty(count),
+            np.zeros((count, n, m + 1)),
+            np.empty(count),
         )
-        answer.exact[b] = make_exact(weight, none, most_exact, posterior, each)
+        models_that_count(known, eyes, found, b, ways)
+        answer.exact[b] = make_exact(ways, most_exact)
         probability = np.zeros((n, m + 1))
         for k in range(count):
-            if posterior[k] > 0.0:
+            if ways.posterior[k] > 0.0:
                 for i in range(n):
                     for j in range(m + 1):
-                        probability[i, j] += posterior[k] * each[k, i, j]
+                        probability[i, j] += ways.posterior[k] * ways.each[k, i, j]
         decide(probability, least, answer, b)
         if len(answer.probability):
             for j in range(m + 1):
                 for i in range(n):
                     answer.probability[b, i, j] = probability[i, j]
             for k in range(count):
-                answer.posterior[b, k] = posterior[k]
+                answer.posterior[b, k] = ways.posterior[k]
                 for j in range(m):
                     absent = 1.0
                     for i in range(n):
-                        absent -= each[k, i, j]
-                    answer.gone[b, j] += posterior[k] * absent * detecting.gone_rate / unseen[k, j]
+                        absent -= ways.each[k, i, j]
+                    share = ways.posterior[k] * known.detecting.gone_rate
+                    answer.gone[b, j] += share * absent / ways.unseen[k, j]

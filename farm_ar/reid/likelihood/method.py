@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from farm_ar.arrays import FloatArray, IntArray, Record, read_only
+from farm_ar.arrays import FloatArray, IntArray, Record
 from farm_ar.errors import SceneError
 from farm_ar.reid.base import Assurance, Identification, IdentificationBatch, Reidentifier
 from farm_ar.reid.categories import batch_codes, codes_of, declared_codes
@@ -22,6 +22,7 @@ from farm_ar.reid.likelihood.records import (
     Detecting,
     Eyes,
     Found,
+    Known,
     Labels,
     View,
 )
@@ -75,16 +76,17 @@ class LikelihoodReid(Reidentifier):
         self._declared = declared_codes(layout)
         periods = np.array([scene.symmetry.get(name, 2 * np.pi) for name in layout.category])
         kinds, kind = np.unique(periods, return_inverse=True)
+        # Arrays that could be written to, like those that the kernels fill, so that these are compiled once.
         self._labels = Labels(
-            position=layout.position,
-            yaw=layout.yaw,
-            elevation=layout.elevation,
-            category=read_only(layout.category_code, np.int64),
-            sides=read_only(sorted_log_sides(layout.size), np.float64),
-            period=read_only(periods, np.float64),
-            table=read_only(kind.reshape(-1), np.int64),
-            fixed=layout.fixed,
-            room=read_only((self.options.walls and scene.room) or (np.inf, np.inf), np.float64),
+            position=np.array(layout.position),
+            yaw=np.array(layout.yaw),
+            elevation=np.array(layout.elevation),
+            category=np.array(layout.category_code, dtype=np.int64),
+            sides=sorted_log_sides(layout.size),
+            period=periods,
+            table=kind.reshape(-1).astype(np.int64),
+            fixed=np.array(layout.fixed),
+            room=np.array((self.options.walls and scene.room) or (np.inf, np.inf)),
         )
         self._models, self._motions = model_arrays(scene, self.options, kinds)
         self._detecting = Detecting(
@@ -95,7 +97,6 @@ class LikelihoodReid(Reidentifier):
         )
 
     def __reduce__(self) -> tuple[type, tuple[Scene, LikelihoodOptions]]:
-        # Unpickled arrays can be written to, for which the kernels would be compiled a second time.
         return type(self), (self.scene, self.options)
 
     def identify(self, snapshot: Snapshot) -> Identification:
@@ -200,10 +201,8 @@ class LikelihoodReid(Reidentifier):
         codes = codes_of(seen.category, self._declared)
         likely = self._detecting.category[codes][:, layout.category_code]
         inside = np.empty((len(self._models.translation_sd), len(layout)))
-        camera = _one(snapshot.camera)
-        view_probability(
-            self._labels, self._models, self._view(camera), _eyes(camera), self._found_in(snapshot), 0, inside
-        )
+        camera, found = _one(snapshot.camera), self._found_in(snapshot)
+        view_probability(self._known(camera), self._labels, eyes_of(camera), found, 0, 1, inside)
         share, part = self._models.share[best], self._models.part[best, :, 0]
         stay = 1 - options.gone_rate
         seen_if_there = self._models.detect_rate[best] * (share @ inside[part])
@@ -238,18 +237,13 @@ class LikelihoodReid(Reidentifier):
             gone=np.zeros((rows, labels)),
             posterior=np.zeros((rows, models)),
         )
-        identify_batch(
-            self._labels,
-            self._models,
-            self._detecting,
-            self._view(cameras),
-            _eyes(cameras),
-            found,
-            float(self.options.min_confidence),
-            self.options.most_exact,
-            answer,
-        )
+        least, most_exact = float(self.options.min_confidence), self.options.most_exact
+        identify_batch(self._known(cameras), eyes_of(cameras), found, least, most_exact, answer)
         return answer
+
+    def _known(self, camera: Camera) -> Known:
+        """All that does not change between snapshots of cameras alike."""
+        return Known(self._labels, self._models, self._detecting, self._view(camera))
 
     def _view(self, camera: Camera) -> View:
         fov = camera.fov
@@ -282,19 +276,20 @@ def _one(camera: Camera) -> Camera:
     )
 
 
-def _eyes(cameras: Camera) -> Eyes:
-    height = np.zeros(cameras.yaw.shape) if cameras.height is None else cameras.height
-    return Eyes(cameras.position, cameras.yaw, cameras.pitch, read_only(height, np.float64))
+def eyes_of(cameras: Camera) -> Eyes:
+    """A batch of cameras for the kernels."""
+    height = np.zeros(cameras.yaw.shape) if cameras.height is None else np.array(cameras.height)
+    return Eyes(np.array(cameras.position), np.array(cameras.yaw), np.array(cameras.pitch), height)
 
 
 def _found(
     count: IntArray, position: FloatArray, yaw: FloatArray, codes: IntArray, size: FloatArray
 ) -> Found:
     return Found(
-        number=read_only(count, np.int64),
-        position=read_only(position, np.float64),
-        yaw=read_only(yaw, np.float64),
-        category=read_only(codes, np.int64),
-        sides=read_only(sorted_log_sides(size), np.float64),
-        half=read_only(size[..., [0, 2]] / 2, np.float64),
+        number=np.array(count, dtype=np.int64),
+        position=np.array(position),
+        yaw=np.array(yaw),
+        category=np.array(codes, dtype=np.int64),
+        sides=np.ascontiguousarray(sorted_log_sides(size)),
+        half=np.stack([size[..., 0], size[..., 2]], axis=-1) / 2,
     )

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from farm_ar.arrays import FloatArray, read_only
+from farm_ar.arrays import FloatArray
 from farm_ar.errors import OptionError
 from farm_ar.reid.likelihood.motions import (
     MOSTLY_RELIABLE,
@@ -19,6 +19,7 @@ from farm_ar.reid.likelihood.motions import (
 )
 from farm_ar.reid.likelihood.records import Models
 from farm_ar.reid.marginals import MOST_EXACT
+from farm_ar.reid.registration import concentration_of
 from farm_ar.scenes import Scene
 
 _POINTS = 32
@@ -114,14 +115,15 @@ def model_arrays(
     ]
     prior = np.array([chance * rates.probability for chance, _, rates in every])
     arrays = Models(
-        translation_sd=read_only(shifts, np.float64),
-        part=read_only(part, np.int64),
-        share=read_only(share, np.float64),
-        log_prior=read_only(np.log(prior / prior.sum()), np.float64),
-        detect_rate=read_only([1 - rates.miss_rate for _, _, rates in every], np.float64),
-        none_rate=read_only([rates.none_rate for _, _, rates in every], np.float64),
-        heading=read_only(heading, np.float64),
-        offset=read_only(_equally_probable(_POINTS), np.float64),
+        translation_sd=np.array(shifts),
+        part=part,
+        share=share,
+        log_prior=np.log(prior / prior.sum()),
+        detect_rate=np.array([1 - rates.miss_rate for _, _, rates in every]),
+        none_rate=np.array([float(rates.none_rate) for _, _, rates in every]),
+        heading=np.array(heading),
+        sharpness=concentration_of(sds),
+        offset=_equally_probable(_POINTS),
     )
     return arrays, [motions for _, motions, _ in every]
 

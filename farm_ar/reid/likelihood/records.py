@@ -45,6 +45,7 @@ class Models(NamedTuple):
         none_rate: (K,) expected detections a snapshot of what has no label.
         heading: (B, U, G) density of a turn for each scale, kind of symmetry and G turns from 0 to half a
             period; the first scale is that of what never moves.
+        sharpness: (B,) concentration of the headings on each scale, 1 / rad^2.
         offset: (Q, 2) equally probable points that stand for the standard normal distribution.
     """
 
@@ -55,6 +56,7 @@ class Models(NamedTuple):
     detect_rate: FloatArray
     none_rate: FloatArray
     heading: FloatArray
+    sharpness: FloatArray
     offset: FloatArray
 
 
@@ -98,6 +100,22 @@ class View(NamedTuple):
     occlusion: bool
 
 
+class Known(NamedTuple):
+    """What does not change from one snapshot to the next.
+
+    Args:
+        labels: where they stood.
+        models: of how each label moves.
+        detecting: of the detector.
+        camera: what every camera sees.
+    """
+
+    labels: Labels
+    models: Models
+    detecting: Detecting
+    camera: View
+
+
 class Eyes(NamedTuple):
     """Where B snapshots were taken from: position (B, 2), yaw, pitch and height (B,)."""
 
@@ -125,6 +143,40 @@ class Found(NamedTuple):
     category: IntArray
     sides: FloatArray
     half: FloatArray
+
+
+class Reach(NamedTuple):
+    """Where M labels may be found, from where they are taken to stand, on each scale of motion.
+
+    Args:
+        place: (A, N, M) density of each detection's place.
+        heading: (B, N, M) density of each detection's heading.
+        inside: (A, M) probability of being in view.
+    """
+
+    place: FloatArray
+    heading: FloatArray
+    inside: FloatArray
+
+
+class Ways(NamedTuple):
+    """What K models say of N detections of M labels.
+
+    Args:
+        weight: (K, N, M) of each label, relative to its not being seen; rows are divided by their largest.
+        none: (K, N) of no label, likewise.
+        unseen: (K, M) probability that each label is not seen.
+        log_unseen: (K,) log probability that none is.
+        each: (K, N, M + 1) marginals under each model that counts.
+        posterior: (K,) probability of each model.
+    """
+
+    weight: FloatArray
+    none: FloatArray
+    unseen: FloatArray
+    log_unseen: FloatArray
+    each: FloatArray
+    posterior: FloatArray
 
 
 class Answer(NamedTuple):

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from farm_ar.arrays import BoolArray, FloatArray, IntArray
+from farm_ar.arrays import FloatArray, IntArray
+from farm_ar.reid.likelihood.records import Labels
 from farm_ar.reid.relational.options import RelationalOptions
-from farm_ar.reid.relational.records import Groups
+from farm_ar.reid.relational.records import Group
 from farm_ar.scenes import Scene
 
 MEMBER = 0.7
@@ -30,35 +31,50 @@ def usual_distance(scene: Scene) -> float:
     return max(usual, LEAST_SPACING * scene.diagonal)
 
 
-def groups_of(scene: Scene, options: RelationalOptions) -> Groups:
+def groups_of(scene: Scene, labels: Labels, options: RelationalOptions) -> list[Group]:
     """A group around each label that can move: others are of it the less probably the farther they stood."""
     place, movable = scene.layout.position, scene.layout.movable
     reach = REACH * usual_distance(scene) if options.reach_m is None else options.reach_m
     apart = np.linalg.norm(place[:, None] - place, axis=-1)
     member = np.where(movable[:, None] & movable, MEMBER * np.exp(-0.5 * (apart / reach) ** 2), 0.0)
     shift_m = scene.diagonal / 8 if options.group_m is None else options.group_m
-    return _groups(np.flatnonzero(movable), member, member > LEAST_MEMBER, shift_m, options.group_deg)
+    prior = shift_m, float(np.deg2rad(options.group_deg))
+    return [_around(labels, j, member[j], prior) for j in np.flatnonzero(movable).tolist()]
 
 
-def anchors_of(scene: Scene, options: RelationalOptions) -> Groups:
+def anchors_of(scene: Scene, labels: Labels, options: RelationalOptions) -> list[Group]:
     """All labels as a group, once around each that is fixed: what moves with the frame."""
-    everyone = np.ones((len(scene.layout),) * 2)
-    fixed = np.flatnonzero(scene.layout.fixed)
-    return _groups(fixed, everyone, everyone > 0, scene.diagonal, options.drift_deg)
+    prior = scene.diagonal, float(np.deg2rad(options.drift_deg))
+    everyone = np.ones(len(scene.layout))
+    return [_around(labels, j, everyone, prior) for j in np.flatnonzero(scene.layout.fixed).tolist()]
 
 
-def _groups(
-    around: IntArray, member: FloatArray, of_it: BoolArray, shift_sd: float, turn_deg: float
-) -> Groups:
-    """Groups around labels; the label itself comes first."""
-    size = of_it[around].sum(axis=1)
-    # The label itself, then the other members, then the rest, which is cut off.
-    rank = np.where(np.arange(len(of_it)) == around[:, None], -1, np.where(of_it[around], 0, 1))
-    label = np.argsort(rank, axis=1, kind="stable")[:, : int(size.max(initial=0))]
-    return Groups(
-        size=size.astype(np.int64),
-        label=np.ascontiguousarray(label),
-        member=np.take_along_axis(member[around], label, axis=1),
-        shift_precision=np.full(len(around), shift_sd**-2),
-        turn_concentration=np.full(len(around), np.deg2rad(turn_deg) ** -2),
+def a_group(
+    labels: Labels, index: IntArray, member: FloatArray, pivot: FloatArray, prior: tuple[float, float]
+) -> Group:
+    """Labels that may have moved as one about a pivot.
+
+    Args:
+        labels: all of them.
+        index: (G,) which.
+        member: (G,) probability that each is one of them.
+        pivot: (2,) metres.
+        prior: SDs of the shift, metres, and of the turn, radians.
+    """
+    own = {name: values[index] for name, values in labels._asdict().items() if name != "room"}
+    return Group(
+        index, member, Labels(**own, room=labels.room), np.array(pivot), prior[0] ** -2, prior[1] ** -2
     )
+
+
+def fresh(group: Group) -> Group:
+    """The same group with room of its own for where its labels stand."""
+    moved = group.labels._replace(position=group.labels.position.copy(), yaw=group.labels.yaw.copy())
+    return group._replace(labels=moved)
+
+
+def _around(labels: Labels, j: int, member: FloatArray, prior: tuple[float, float]) -> Group:
+    """A group around a label, which comes first."""
+    others = np.flatnonzero(member > LEAST_MEMBER)
+    index = np.array([j, *others[others != j]], dtype=np.int64)
+    return a_group(labels, index, member[index], labels.position[j], prior)

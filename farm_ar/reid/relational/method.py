@@ -9,16 +9,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from farm_ar.arrays import FloatArray, read_only
+from farm_ar.arrays import FloatArray
 from farm_ar.errors import SnapshotError
 from farm_ar.reid.base import Identification
 from farm_ar.reid.likelihood.kernels import decide
-from farm_ar.reid.likelihood.method import LikelihoodReid
-from farm_ar.reid.likelihood.records import Answer, Eyes, Found, Labels
-from farm_ar.reid.registration import concentration_of
+from farm_ar.reid.likelihood.method import LikelihoodReid, eyes_of
+from farm_ar.reid.likelihood.records import Answer, Found
 from farm_ar.reid.relational.groups import anchors_of, groups_of, usual_distance
 from farm_ar.reid.relational.options import Relation, RelationalOptions
-from farm_ar.reid.relational.records import Known
 from farm_ar.reid.relational.search import Hypothesis, Setting, hypotheses
 from farm_ar.scenes import Camera, Detections, Scene, Snapshot
 
@@ -47,14 +45,8 @@ class RelationalReid(LikelihoodReid):
         self.shared = options or RelationalOptions()
         super().__init__(scene, self.shared.alone)
         self._spacing = usual_distance(scene)
-        self._groups, self._anchors = groups_of(scene, self.shared), anchors_of(scene, self.shared)
-        turns = [0.0, *sorted({motion.rotation_sd for motions in self._motions for motion in motions})]
-        seen = np.hypot(turns, self.options.detection.yaw_sd)
-        self._sharpness = read_only([concentration_of(float(sd)) for sd in seen], np.float64)
-        # Arrays that could be written to, like those that the kernels fill, so that these are compiled once.
-        self._own_labels = Labels(
-            **{name: np.array(values) for name, values in self._labels._asdict().items()}
-        )
+        self._groups = groups_of(scene, self._labels, self.shared)
+        self._anchors = anchors_of(scene, self._labels, self.shared)
         self._between: Camera | None = None
         self._told: list[Relation] | None = None
 
@@ -110,13 +102,15 @@ class RelationalReid(LikelihoodReid):
 
     def _relate(self, cameras: Camera, found: Found, answer: Answer, b: int) -> None:
         """Replace row b of an answer, which knows of one camera and no relations, by one that does."""
-        height = np.zeros(len(cameras.yaw)) if cameras.height is None else np.array(cameras.height)
-        eyes = Eyes(np.array(cameras.position), np.array(cameras.yaw), np.array(cameras.pitch), height)
-        known = Known(self._own_labels, self._models, self._detecting, self._view(cameras), self._sharpness)
         setting = Setting(
-            known, self.scene.layout.labels, self.shared, self._spacing, self._groups, self._anchors
+            known=self._known(cameras),
+            names=self.scene.layout.labels,
+            options=self.shared,
+            spacing=self._spacing,
+            groups=self._groups,
+            anchors=self._anchors,
         )
-        found_out = hypotheses(setting, eyes, found)
+        found_out = hypotheses(setting, eyes_of(cameras), found)
         evidence = np.array([one.log_prior + one.outcome.evidence for one in found_out])
         weight = np.exp(evidence - evidence.max())
         weight /= weight.sum()

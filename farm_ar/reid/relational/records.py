@@ -4,26 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from farm_ar.arrays import FloatArray, IntArray
-from farm_ar.reid.likelihood.records import Detecting, Eyes, Found, Labels, Models, View
-
-
-class Known(NamedTuple):
-    """What does not change from one snapshot to the next.
-
-    Args:
-        labels: where they stood.
-        models: of how each label moves.
-        detecting: of the detector.
-        camera: what every camera sees.
-        sharpness: (B,) concentration of the headings on each scale of rotation, 1 / rad^2.
-    """
-
-    labels: Labels
-    models: Models
-    detecting: Detecting
-    camera: View
-    sharpness: FloatArray
+from farm_ar.arrays import BoolArray, FloatArray, IntArray
+from farm_ar.reid.likelihood.records import Eyes, Found, Labels, Reach, Ways
 
 
 class Sight(NamedTuple):
@@ -42,34 +24,18 @@ class Sight(NamedTuple):
     nothing: FloatArray
 
 
-class Reach(NamedTuple):
-    """Where labels may be found, from where they are taken to stand, on each scale of motion.
+class Frame(NamedTuple):
+    """Detections in a frame, and what is known of labels that move alone in it.
 
     Args:
-        place: (A, N, M) density of each detection's place.
-        heading: (B, N, M) density of each detection's heading.
-        inside: (A, M) probability of being in view.
+        sight: the detections.
+        reach: where the labels may be found.
+        alone: the weight of each, and how probably it is not seen.
     """
 
-    place: FloatArray
-    heading: FloatArray
-    inside: FloatArray
-
-
-class Alone(NamedTuple):
-    """How likely each label is for each detection under each of K models, if it moved alone.
-
-    Args:
-        density: (K, N, M) of the detections' poses.
-        inside: (K, M) probability of being in view.
-        weight: (K, N, M) of each label, relative to its not being seen.
-        log_unseen: (K, M) log probability of not being seen.
-    """
-
-    density: FloatArray
-    inside: FloatArray
-    weight: FloatArray
-    log_unseen: FloatArray
+    sight: Sight
+    reach: Reach
+    alone: Ways
 
 
 class Group(NamedTuple):
@@ -92,24 +58,6 @@ class Group(NamedTuple):
     turn_concentration: float
 
 
-class Groups(NamedTuple):
-    """Q groups, each around its first label, of up to G labels.
-
-    Args:
-        size: (Q,) how many labels each has.
-        label: (Q, G) which.
-        member: (Q, G) probability that each is one of them.
-        shift_precision: (Q,) as in `Group`.
-        turn_concentration: (Q,) likewise.
-    """
-
-    size: IntArray
-    label: IntArray
-    member: FloatArray
-    shift_precision: FloatArray
-    turn_concentration: FloatArray
-
-
 class Outcome(NamedTuple):
     """What K models say of a snapshot.
 
@@ -122,6 +70,28 @@ class Outcome(NamedTuple):
     evidence: FloatArray
     chance: FloatArray
     unseen: FloatArray
+
+
+class Work(NamedTuple):
+    """What one step of fitting a motion needs.
+
+    Args:
+        use: (K,) the models to think of.
+        weight: (K, N, M) of each label; changed where it is used.
+        together: (K, N, G) share of it that is due to moving as one.
+        log_unseen: (K,) log probability that no label is seen.
+        to_row: (N, M) messages of belief propagation: where to start from, and where it ended.
+        none: (N,) weight of no label.
+        sums: (K, 7) what the likeliest motion follows from, as `add_pair` has it.
+    """
+
+    use: BoolArray
+    weight: FloatArray
+    together: FloatArray
+    log_unseen: FloatArray
+    to_row: FloatArray
+    none: FloatArray
+    sums: FloatArray
 
 
 class Search(NamedTuple):

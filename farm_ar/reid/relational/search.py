@@ -7,20 +7,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from farm_ar.arrays import BoolArray, FloatArray, IntArray
-from farm_ar.reid.likelihood.records import Eyes, Found, Labels
+from farm_ar.arrays import BoolArray, FloatArray
+from farm_ar.reid.likelihood.densities import look
+from farm_ar.reid.likelihood.records import Eyes, Found, Known, Ways
 from farm_ar.reid.registration import RigidMotion, concentration_of
-from farm_ar.reid.relational.kernels import (
-    best_motions,
-    fit_frame,
-    fit_group,
-    group_at,
-    look,
-    reach_labels,
-    weigh_alone,
-)
+from farm_ar.reid.relational.fitting import Limits, fill_frame, fit_frame, fit_group, new_reach
+from farm_ar.reid.relational.groups import a_group, fresh
 from farm_ar.reid.relational.options import Relation, RelationalOptions
-from farm_ar.reid.relational.records import Alone, Group, Groups, Known, Outcome, Reach, Search, Sight
+from farm_ar.reid.relational.records import Frame, Group, Outcome, Search, Sight
+from farm_ar.reid.relational.seeds import best_motions
 
 STEPS = 4
 """Most steps in which a motion is improved."""
@@ -63,14 +58,6 @@ class Hypothesis(NamedTuple):
         return self.log_prior + float(self.outcome.evidence.max())
 
 
-class Frame(NamedTuple):
-    """Detections in a frame, and what is known of labels that move alone in it."""
-
-    sight: Sight
-    reach: Reach
-    alone: Alone
-
-
 class Setting(NamedTuple):
     """What motions are looked for with.
 
@@ -87,8 +74,8 @@ class Setting(NamedTuple):
     names: tuple[str, ...]
     options: RelationalOptions
     spacing: float
-    groups: Groups
-    anchors: Groups
+    groups: list[Group]
+    anchors: list[Group]
 
 
 def hypotheses(setting: Setting, eyes: Eyes, found: Found) -> list[Hypothesis]:
@@ -101,10 +88,9 @@ def hypotheses(setting: Setting, eyes: Eyes, found: Found) -> list[Hypothesis]:
     """
     options, labels = setting.options, len(setting.names)
     raw = _sight(eyes, found, labels)
-    look(setting.known, raw)
+    look(setting.known, found.category[0], found.sides[0], raw.like, raw.nothing)
     frame = _frame(setting, raw)
-    reach_labels(setting.known, setting.known.labels, raw, frame.reach)
-    weigh_alone(setting.known, raw, frame.reach, frame.alone)
+    fill_frame(setting.known, frame)
     no_group = float(np.log1p(-options.group))
     result = [_alone(setting, frame, float(np.log1p(-options.drift)) + no_group)]
     best, still = result[0], frame
@@ -142,10 +128,10 @@ def _worth_using(setting: Setting, alone: Outcome) -> BoolArray:
 
 def _alone(setting: Setting, frame: Frame, log_prior: float) -> Hypothesis:
     """That each label moved alone: a group without members."""
-    nobody = _group(setting, np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(2), 1.0, 1.0)
-    outcome = _outcome(setting, frame.sight)
-    room, every = _reach(setting, frame.sight, 0), np.ones(len(outcome.evidence), dtype=bool)
-    fit_group(setting.known, frame.sight, frame.alone, nobody, room, every, 0, -np.inf, np.zeros(3), outcome)
+    nobody = a_group(setting.known.labels, np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(2), (1.0, 1.0))
+    outcome = _outcome(frame)
+    limits = Limits(np.ones(len(outcome.evidence), dtype=bool), 0, -np.inf)
+    fit_group(setting.known, frame, nobody, limits, np.zeros(3), outcome)
     return Hypothesis(Relation("alone", 0.0), log_prior, outcome)
 
 
@@ -161,12 +147,13 @@ def _drifted(
     """That the frame drifted about a pivot, from the start that leads to the most."""
     options, labels = setting.options, np.arange(len(setting.names))
     turn_sd = float(np.deg2rad(options.drift_deg))
-    everyone = _group(setting, labels, np.ones(len(labels)), pivot, options.drift_m, turn_sd)
+    prior = options.drift_m, turn_sd
+    everyone = a_group(setting.known.labels, labels, np.ones(len(labels)), pivot, prior)
     reached: list[tuple[Hypothesis, Frame]] = []
     for motion in _drift_starts(setting, still, pivot, turn_sd):
-        outcome, frame = _outcome(setting, raw), _frame(setting, _sight(raw.eyes, raw.found, 0, raw))
-        floor = best - log_prior - NEGLIGIBLE
-        fit_frame(setting.known, raw, everyone, use, STEPS, floor, motion, *frame, outcome)
+        frame = _frame(setting, _sight(raw.eyes, raw.found, 0, raw))
+        outcome, limits = _outcome(frame), Limits(use, STEPS, best - log_prior - NEGLIGIBLE)
+        fit_frame(setting.known, raw, everyone, limits, motion, frame, outcome)
         hypothesis = Hypothesis(_relation("drift", everyone, motion), log_prior, outcome)
         best = max(best, hypothesis.best)
         reached.append((hypothesis, frame))
@@ -180,34 +167,26 @@ def _drift_starts(setting: Setting, still: Frame, pivot: FloatArray, turn_sd: fl
     """
     near = np.linalg.norm(still.sight.eyes.position - pivot, axis=-1).max() < NEAR
     starts = [np.array([0.0, 0.0, sign * turn_sd]) for sign in ((0.0,) if near else (0.0, -1.0, 1.0))]
-    if not len(setting.anchors.size):
+    if not setting.anchors:
         return starts
     away = float(np.linalg.norm(still.sight.found.position[0] - pivot, axis=-1).max())
     longest = LIMIT * float(np.hypot(setting.options.drift_m, away * turn_sd))
     search = _search(setting, SPREADS[-1], longest, LIMIT * turn_sd)
-    best = np.empty((len(setting.anchors.size), 1, 4))
-    best_motions(setting.known, search, still.sight, still.reach, setting.anchors, best)
-    for q, (score, *motion) in enumerate(best[:, 0].tolist()):
-        if score > -np.inf:
-            place = setting.known.labels.position[setting.anchors.label[q, 0]]
-            about = RigidMotion(place, np.array(motion[:2]), np.array(motion[2])).about(pivot)
+    best = best_motions(setting.known, search, still.sight, still.reach, setting.anchors, 1)
+    for anchor, motions in zip(setting.anchors, best, strict=True):
+        for _, *motion in motions:
+            about = RigidMotion(anchor.pivot, np.array(motion[:2]), np.array(motion[2])).about(pivot)
             starts.append(np.array([*about.shift, about.turn]))
     return starts
 
 
 def _moved(
-    setting: Setting,
-    frame: Frame,
-    q: int,
-    motion: FloatArray,
-    use: BoolArray,
-    log_prior: float,
-    best: float,
+    setting: Setting, frame: Frame, q: int, motion: FloatArray, use: BoolArray, log_prior: float, best: float
 ) -> Hypothesis:
     """That a group moved, by about a motion."""
-    group, outcome = group_at(setting.known, setting.groups, q), _outcome(setting, frame.sight)
-    room, floor = _reach(setting, frame.sight, len(group.label)), best - log_prior - NEGLIGIBLE
-    fit_group(setting.known, frame.sight, frame.alone, group, room, use, STEPS, floor, motion, outcome)
+    group, outcome = fresh(setting.groups[q]), _outcome(frame)
+    limits = Limits(use, STEPS, best - log_prior - NEGLIGIBLE)
+    fit_group(setting.known, frame, group, limits, motion, outcome)
     label = setting.names[group.label[0]]
     return Hypothesis(_relation("group", group, motion, label), log_prior, outcome)
 
@@ -215,17 +194,15 @@ def _moved(
 def _promising(setting: Setting, frame: Frame) -> list[tuple[int, FloatArray]]:
     """The most promising motions of groups that differ: which group, and the motion."""
     every: list[tuple[float, int, FloatArray]] = []
-    if not len(setting.groups.size):
+    if not setting.groups:
         return []
     turn_sd = float(np.deg2rad(setting.options.group_deg))
-    shift_sd = float(setting.groups.shift_precision[0] ** -0.5)
+    shift_sd = setting.groups[0].shift_precision ** -0.5
+    groups = [fresh(group) for group in setting.groups]
     for spread in SPREADS:
         search = _search(setting, spread, LIMIT * shift_sd, LIMIT * turn_sd)
-        best = np.empty((len(setting.groups.size), KEPT_SEEDS, 4))
-        best_motions(setting.known, search, frame.sight, frame.reach, setting.groups, best)
-        every += [
-            (float(row[0]), q, row[1:]) for q, rows in enumerate(best) for row in rows if row[0] > -np.inf
-        ]
+        best = best_motions(setting.known, search, frame.sight, frame.reach, groups, KEPT_SEEDS)
+        every += [(row[0], q, np.array(row[1:])) for q, rows in enumerate(best) for row in rows]
     every.sort(key=lambda one: -one[0])
     chosen: list[tuple[int, FloatArray]] = []
     for _, q, motion in every:
@@ -238,10 +215,10 @@ def _promising(setting: Setting, frame: Frame) -> list[tuple[int, FloatArray]]:
 
 def _search(setting: Setting, spread: float, longest: float, most_turned: float) -> Search:
     known = setting.known
-    spreads, sharpness = known.models.translation_sd[1:], known.sharpness[1:]
+    spreads, sharpness = known.models.translation_sd[1:], known.models.sharpness[1:]
     return Search(
         translation_scale=1 + int(np.abs(spreads - spread * setting.spacing).argmin()),
-        rotation_scale=1 + int(np.abs(sharpness - concentration_of(TURN)).argmin()),
+        rotation_scale=1 + int(np.abs(sharpness - concentration_of(np.array(TURN))).argmin()),
         wide=WIDE,
         longest=longest,
         most_turned=min(most_turned, np.pi),
@@ -251,31 +228,13 @@ def _search(setting: Setting, spread: float, longest: float, most_turned: float)
 
 def _alike(setting: Setting, q: int, motion: FloatArray, other: int, second: FloatArray) -> bool:
     """Whether a group's motion and another's take its middle to about the same pose."""
-    middle, end = (setting.known.labels.position[setting.groups.label[one, 0]] for one in (q, other))
+    middle, end = (setting.groups[one].pivot for one in (q, other))
     x, z = middle - end
     sine, cosine = math.sin(second[2]), math.cos(second[2])
     dx = cosine * x + sine * z + second[0] - x - motion[0]
     dz = cosine * z - sine * x + second[1] - z - motion[1]
     turn = abs((motion[2] - second[2] + math.pi) % (2 * math.pi) - math.pi)
     return math.hypot(dx, dz) < APART * setting.spacing and turn < TURN
-
-
-def _group(
-    setting: Setting, index: IntArray, member: FloatArray, pivot: FloatArray, shift_sd: float, turn_sd: float
-) -> Group:
-    known = setting.known.labels
-    labels = Labels(
-        position=known.position[index],
-        yaw=known.yaw[index],
-        elevation=known.elevation[index],
-        category=known.category[index],
-        sides=known.sides[index],
-        period=known.period[index],
-        table=known.table[index],
-        fixed=known.fixed[index],
-        room=known.room,
-    )
-    return Group(index, member, labels, np.array(pivot), shift_sd**-2, turn_sd**-2)
 
 
 def _relation(kind: str, group: Group, motion: FloatArray, label: str | None = None) -> Relation:
@@ -295,16 +254,17 @@ def _sight(eyes: Eyes, found: Found, labels: int, like: Sight | None = None) -> 
 
 def _frame(setting: Setting, sight: Sight) -> Frame:
     k, (n, m) = len(setting.known.models.log_prior), sight.like.shape
-    alone = Alone(np.empty((k, n, m)), np.empty((k, m)), np.empty((k, n, m)), np.empty((k, m)))
-    return Frame(sight, _reach(setting, sight, m), alone)
+    alone = Ways(
+        weight=np.empty((k, n, m)),
+        none=np.empty((0, n)),
+        unseen=np.empty((k, m)),
+        log_unseen=np.empty(k),
+        each=np.empty((0, n, m + 1)),
+        posterior=np.empty(0),
+    )
+    return Frame(sight, new_reach(setting.known, n, m), alone)
 
 
-def _reach(setting: Setting, sight: Sight, labels: int) -> Reach:
-    models, n = setting.known.models, len(sight.nothing)
-    shifts, turns = len(models.translation_sd), len(models.heading)
-    return Reach(np.empty((shifts, n, labels)), np.empty((turns, n, labels)), np.empty((shifts, labels)))
-
-
-def _outcome(setting: Setting, sight: Sight) -> Outcome:
-    k, (n, m) = len(setting.known.models.log_prior), sight.like.shape
+def _outcome(frame: Frame) -> Outcome:
+    k, n, m = frame.alone.weight.shape
     return Outcome(np.empty(k), np.zeros((k, n, m + 1)), np.ones((k, m)))

@@ -1,0 +1,365 @@
+"""Fitting a motion that labels, or their frame, shared: expectation and maximisation over all assignments."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from farm_ar.arrays import BoolArray, FloatArray
+from farm_ar.kernels import compiled
+from farm_ar.reid.likelihood.densities import heading_density, translation_density, view_probability
+from farm_ar.reid.likelihood.kernels import CHEAP, LEAST_NONE, LEAST_UNSEEN, weigh
+from farm_ar.reid.likelihood.records import Known, Labels, Reach
+from farm_ar.reid.marginals import exact_marginals, propagate, scale_rows
+from farm_ar.reid.registration import add_pair, solve_motion, turned, volume
+from farm_ar.reid.relational.records import Frame, Group, Outcome, Sight, Work
+
+ROUNDS = 30
+"""Most rounds of belief propagation; that of one model starts from where the last one's ended."""
+
+LEAST_PAIR = 1e-4
+"""Probability of a pair below which it does not count for a motion."""
+
+LEAST_MODEL = 1e-2
+"""Probability, of the most probable one's, of a model that is looked at in every step."""
+
+HOPELESS = 2.0
+"""By how much, in logarithms, a motion that is worth improving may fall short of one that counts."""
+
+STILL = 1e-3
+"""Metres and radians by which a motion that is found may still change."""
+
+
+class Limits(NamedTuple):
+    """What a fit may take.
+
+    Args:
+        use: (K,) the models to think of.
+        steps: most steps of maximisation.
+        floor: log evidence below which a model does not matter.
+    """
+
+    use: BoolArray
+    steps: int
+    floor: float
+
+
+def fit_group(
+    known: Known, frame: Frame, group: Group, limits: Limits, motion: FloatArray, outcome: Outcome
+) -> None:
+    """Fit the motion of a group over assignments and models alike.
+
+    Args:
+        known: the labels and models.
+        frame: the detections, and what is known of labels that move alone.
+        group: which labels may have moved as one; none, for the evidence of moving alone.
+        limits: what this may take.
+        motion: (3,) shift x and z, metres, and turn, radians: where to begin, filled with the end.
+        outcome: filled.
+    """
+    sight = frame.sight
+    go = new_reach(known, len(sight.nothing), len(group.label))
+    work = _work(frame, len(group.label))
+
+    def place() -> None:
+        move_labels(known.labels, group, motion)
+        reach_labels(known, group.labels, sight, go)
+        weigh_group(known, frame, group, go, work, outcome)
+
+    _climb(limits, _Fit(known, sight, group, go, work), motion, outcome, place)
+
+
+def fit_frame(
+    known: Known,
+    raw: Sight,
+    group: Group,
+    limits: Limits,
+    motion: FloatArray,
+    frame: Frame,
+    outcome: Outcome,
+) -> None:
+    """`fit_group` of the frame that cameras and detections are in: all labels seem to have moved as one.
+
+    Args:
+        known: the labels and models.
+        raw: the detections as they came.
+        group: all labels.
+        limits: what this may take.
+        motion: (3,) of the frame: where to begin, filled with the end.
+        frame: filled with the detections as they were before the motion.
+        outcome: filled.
+    """
+    work = _work(frame, len(group.label))
+    work.together[:] = 1.0
+
+    def place() -> None:
+        correct_frame(raw, group.pivot, motion, frame.sight)
+        fill_frame(known, frame)
+        work.weight[:] = frame.alone.weight
+        work.log_unseen[:] = frame.alone.log_unseen
+        outcome.unseen[:] = frame.alone.unseen
+
+    _climb(limits, _Fit(known, raw, group, frame.reach, work), motion, outcome, place)
+
+
+class _Fit(NamedTuple):
+    known: Known
+    sight: Sight
+    group: Group
+    go: Reach
+    work: Work
+
+
+def _climb(
+    limits: Limits, fit: _Fit, motion: FloatArray, outcome: Outcome, place: Callable[[], None]
+) -> None:
+    """From step to step the likeliest motion over all models, each as probable as its evidence makes it.
+
+    Args:
+        limits: what this may take.
+        fit: what is fitted to what.
+        motion: (3,) changed.
+        outcome: filled.
+        place: weighs the labels for a motion.
+    """
+    prior = fit.group.shift_precision, fit.group.turn_concentration
+    fit.work.use[:] = limits.use
+    outcome.evidence[:] = -np.inf
+    last = limits.steps == 0
+    for step in range(limits.steps + 1):
+        place()
+        fit.work.sums[:] = 0.0
+        fit.work.to_row[:] = 1.0
+        outcome.evidence[fit.work.use] = -np.inf
+        assess_models(*fit, motion[2], limits.floor, outcome)
+        assessed = fit.work.use & (outcome.evidence > -np.inf)
+        outcome.evidence[assessed] += volume(fit.work.sums[assessed], *prior, motion)
+        highest = outcome.evidence.max()
+        if last or not highest > limits.floor - HOPELESS:
+            break
+        share = np.exp(outcome.evidence - highest)
+        counts = share > LEAST_MODEL
+        pooled = share[counts] @ fit.work.sums[counts] / share[counts].sum()
+        best, _, _ = solve_motion(pooled, *prior)
+        still = np.abs(motion - best).max() < STILL
+        motion[:] = best
+        last = still or step + 1 == limits.steps
+        fit.work.use[:] = limits.use if last else counts
+
+
+def _work(frame: Frame, members: int) -> Work:
+    """Room for the steps of a fit."""
+    k, n, m = frame.alone.weight.shape
+    return Work(
+        use=np.empty(k, dtype=np.bool_),
+        weight=np.empty((k, n, m)),
+        together=np.empty((k, n, members)),
+        log_unseen=np.empty(k),
+        to_row=np.empty((n, m)),
+        none=np.empty(n),
+        sums=np.empty((k, 7)),
+    )
+
+
+def new_reach(known: Known, detections: int, labels: int) -> Reach:
+    """Room for where labels may be found."""
+    shifts, turns = len(known.models.translation_sd), len(known.models.heading)
+    return Reach(
+        np.empty((shifts, detections, labels)),
+        np.empty((turns, detections, labels)),
+        np.empty((shifts, labels)),
+    )
+
+
+def reach_labels(known: Known, labels: Labels, sight: Sight, reach: Reach) -> None:
+    """Fill in where labels may be found by one camera or another."""
+    translation_density(known, labels, sight.found.position[0], reach.place)
+    heading_density(known.models, labels, sight.found.yaw[0], reach.heading)
+    view_probability(known, labels, sight.eyes, sight.found, 0, len(sight.eyes.yaw), reach.inside)
+
+
+def fill_frame(known: Known, frame: Frame) -> None:
+    """Fill in what follows from the detections of a frame if labels moved alone."""
+    reach_labels(known, known.labels, frame.sight, frame.reach)
+    weigh(known, frame.reach, frame.sight.like, frame.alone)
+
+
+def correct_frame(raw: Sight, pivot: FloatArray, motion: FloatArray, sight: Sight) -> None:
+    """Fill in cameras and detections as they were before a motion of their frame about a pivot."""
+    back = pivot + motion[:2]
+    sight.eyes.position[:] = pivot + turned(raw.eyes.position - back, -motion[2])
+    sight.eyes.yaw[:] = raw.eyes.yaw - motion[2]
+    sight.found.position[:] = pivot + turned(raw.found.position - back, -motion[2])
+    sight.found.yaw[:] = raw.found.yaw - motion[2]
+
+
+_compile = compiled(error_model="numpy")
+
+
+@_compile
+def move_labels(labels: Labels, group: Group, motion: FloatArray) -> None:
+    """Fill in where the labels of a group stand after a motion: shift x, shift z, turn about its pivot."""
+    sine, cosine = math.sin(motion[2]), math.cos(motion[2])
+    for g in range(len(group.label)):
+        j = group.label[g]
+        x, z = labels.position[j, 0] - group.pivot[0], labels.position[j, 1] - group.pivot[1]
+        group.labels.position[g, 0] = group.pivot[0] + cosine * x + sine * z + motion[0]
+        group.labels.position[g, 1] = group.pivot[1] + cosine * z - sine * x + motion[1]
+        group.labels.yaw[g] = labels.yaw[j] + motion[2]
+
+
+@_compile
+def weigh_group(known: Known, frame: Frame, group: Group, go: Reach, work: Work, outcome: Outcome) -> None:
+    """Fill in weights where the labels of a group have moved as one or alone, under the models in use.
+
+    Args:
+        known: the labels and models.
+        frame: the detections, and how likely they are of labels that move alone.
+        group: which labels may have moved as one.
+        go: where these then may be found.
+        work: weight, together and log_unseen are filled.
+        outcome: its unseen is filled.
+    """
+    models, fixed, n = known.models, known.labels.fixed, len(frame.sight.nothing)
+    parts = models.share.shape[1]
+    here, turned, like = frame.reach.place, frame.reach.heading, frame.sight.like
+    for k in range(len(work.use)):
+        if not work.use[k]:
+            continue
+        rate = (1 - known.detecting.gone_rate) * models.detect_rate[k]
+        weight, unseen = work.weight[k], outcome.unseen[k]
+        for i in range(n):  # not all at once, which takes seconds more to compile
+            for j in range(weight.shape[1]):
+                weight[i, j] = frame.alone.weight[k, i, j]
+        log_unseen = frame.alone.log_unseen[k]
+        for j in range(len(unseen)):
+            unseen[j] = frame.alone.unseen[k, j]
+        for g in range(len(group.label)):
+            j, member = group.label[g], group.member[g]
+            inside = 0.0
+            for p in range(parts):
+                a = 0 if fixed[j] else models.part[k, p, 0]
+                seen = member * go.inside[a, g] + (1 - member) * frame.reach.inside[a, j]
+                inside += models.share[k, p] * seen
+            log_unseen -= math.log(unseen[j])
+            unseen[j] = max(1 - rate * inside, LEAST_UNSEEN)
+            log_unseen += math.log(unseen[j])
+            for i in range(n):
+                moved, stayed = 0.0, 0.0
+                for p in range(parts):
+                    a, b = models.part[k, p, 0], models.part[k, p, 1]
+                    moved += models.share[k, p] * go.place[a, i, g] * go.heading[b, i, g]
+                    stayed += models.share[k, p] * here[a, i, j] * turned[b, i, j]
+                moved *= member
+                density = moved + (1 - member) * stayed
+                work.together[k, i, g] = moved / density if density > 0.0 else 0.0
+                weight[i, j] = density * like[i, j] * rate / unseen[j]
+        work.log_unseen[k] = log_unseen
+
+
+@_compile
+def assess_models(
+    known: Known,
+    sight: Sight,
+    group: Group,
+    go: Reach,
+    work: Work,
+    turn: float,
+    floor: float,
+    outcome: Outcome,
+) -> None:
+    """Log evidence of the models in use, their marginals, and the sums for the likeliest motion.
+
+    Args:
+        known: the labels and models.
+        sight: the detections.
+        group: the labels that moved as one.
+        go: where they may be found after the motion.
+        work: room; its sums are added to.
+        turn: of the motion, radians.
+        floor: log evidence below which a model does not matter.
+        outcome: evidence and chance are filled; minus infinite where a model cannot reach the floor.
+    """
+    none = work.none
+    for k in range(len(work.use)):
+        if not work.use[k]:
+            continue
+        weight, chance = work.weight[k], outcome.chance[k]
+        evidence = known.models.log_prior[k] + work.log_unseen[k]
+        bound = evidence
+        for i in range(len(none)):
+            none[i] = max(sight.nothing[i] * max(known.models.none_rate[k], LEAST_NONE), 1e-290)
+            row = none[i]
+            for j in range(weight.shape[1]):
+                row += weight[i, j]
+            bound += math.log(row)
+        if not bound > floor:
+            continue
+        evidence += scale_rows(weight, none)
+        if len(none) <= CHEAP:
+            evidence += math.log(exact_marginals(weight, none, chance))
+        else:
+            evidence += propagate(weight, none, chance, work.to_row, ROUNDS, 1e-3)
+        outcome.evidence[k] = evidence
+        if evidence > -np.inf:
+            add_pairs(known, k, sight, group, go, turn, chance, work)
+
+
+@_compile
+def add_pairs(
+    known: Known,
+    k: int,
+    sight: Sight,
+    group: Group,
+    go: Reach,
+    turn: float,
+    chance: FloatArray,
+    work: Work,
+) -> None:
+    """Add up what the likeliest motion of a group follows from: pairs, as probably as they moved as one.
+
+    Args:
+        known: the labels and models.
+        k: the model.
+        sight: the detections.
+        group: the labels.
+        go: where they may be found after the motion.
+        turn: of the motion, radians: the symmetry of an object leaves its own turn open.
+        chance: (N, M + 1) marginal probabilities.
+        work: its sums are added to.
+    """
+    labels, models = known.labels, known.models
+    for i in range(len(sight.nothing)):
+        position, yaw = sight.found.position[0, i], sight.found.yaw[0, i]
+        for g in range(len(group.label)):
+            j = group.label[g]
+            probable = chance[i, j] * work.together[k, i, g]
+            if probable < LEAST_PAIR:
+                continue
+            total, precision, sharpness = 0.0, 0.0, 0.0
+            for p in range(models.share.shape[1]):
+                a, b = models.part[k, p]
+                part = models.share[k, p] * go.place[a, i, g] * go.heading[b, i, g]
+                spread = 0.0 if labels.fixed[j] else models.translation_sd[a]
+                total += part
+                precision += part / (spread * spread + known.detecting.position_sd**2)
+                sharpness += part * models.sharpness[0 if labels.fixed[j] else b]
+            own = yaw - labels.yaw[j]
+            if math.isnan(own):
+                own, sharpness = 0.0, 0.0
+            elif labels.period[j] > 0.0:
+                own -= labels.period[j] * np.round((own - turn) / labels.period[j])
+            else:
+                sharpness = 0.0
+            add_pair(
+                labels.position[j],
+                position,
+                group.pivot,
+                own,
+                precision * probable / total,
+                sharpness * probable / total,
+                work.sums[k],
+            )
