@@ -162,16 +162,18 @@ def redirect(herd: Herd, goal_end: FloatArray, changed: BoolArray) -> bool:
         animal = herd.animals[herd.queue[i].slot]
         if changed[animal.goal]:
             turned = True
-            curve[0] = animal.curve
+            for point in range(4):
+                for axis in range(2):
+                    curve[0, point, axis] = animal.curve[point, axis]
             along[0] = max(clock.speed * (clock.now - animal.start), 0.0)
             arc_length.locate(curve, along, parameter)
             cut(curve, parameter, rest)
             for axis in range(2):
                 rest[0, 2, axis] += goal_end[animal.goal, axis] - rest[0, 3, axis]
                 rest[0, 3, axis] = goal_end[animal.goal, axis]
-            for i in range(4):
+            for point in range(4):
                 for axis in range(2):
-                    animal.curve[i, axis] = rest[0, i, axis]
+                    animal.curve[point, axis] = rest[0, point, axis]
             animal.start = max(animal.start, clock.now)
     return turned
 
