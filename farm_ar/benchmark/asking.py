@@ -17,7 +17,7 @@ from farm_ar.benchmark.scores import FAILED, Scored, brier_scores, outcomes
 from farm_ar.benchmark.suite import Suite, made_examples, read_folder
 from farm_ar.benchmark.worlds import ROWS
 from farm_ar.benchmark.worlds.base import Example
-from farm_ar.errors import OptionError, SnapshotError
+from farm_ar.errors import SnapshotError
 from farm_ar.reid import REIDENTIFIERS, ReidFactory, as_reidentifier, load_reid
 from farm_ar.sweeps import Executor, Outcome, Store, Sweep, Watcher, run_sweep
 from farm_ar.sweeps.unit import code_version
@@ -47,10 +47,6 @@ class Source:
     seed: int = 0
     count: int = 0
 
-    def row_names(self) -> list[str]:
-        """The names of its rows."""
-        return list(ROWS) if self.kind == "worlds" else list(_suite(self).by_name)
-
     def examples(self, row: str) -> Sequence[Example]:
         """The snapshots of a row."""
         if self.kind == "worlds":
@@ -70,18 +66,6 @@ def _suite(source: Source) -> Suite:
     if source.kind == "authors":
         return Suite("authors", authors_rows(Path(source.place)))
     return read_folder(source.place)
-
-
-def data_source(folder: Path) -> Source:
-    """The source of a folder with truth.
-
-    Raises:
-        OptionError, SceneError, SnapshotError: see `read_folder`.
-    """
-    suite = read_folder(folder)
-    for row in suite.rows:
-        _ = row.examples  # what cannot be used is named before the work begins
-    return Source("data", str(folder.resolve()), suite.digest)
 
 
 class Answered(NamedTuple):
@@ -244,15 +228,3 @@ def checked_confidence(confidence: FloatArray) -> FloatArray:
     if wrong.any():
         raise SnapshotError("confidence", "must be from 0 to 1", float(confidence[wrong][0]))
     return np.clip(confidence, 0.0, 1.0)
-
-
-def check_methods(methods: Sequence[str]) -> None:
-    """See that all methods can be made before any work begins.
-
-    Raises:
-        OptionError: a name is not known, or given twice.
-    """
-    for method in methods:
-        load_reid(method, "method")
-    if len(set(methods)) < len(methods):
-        raise OptionError("method", "must be given once each", list(methods))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import lzma
 import os
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,9 +15,11 @@ from typing import Any
 
 import numpy as np
 
+from farm_ar.arrays import SHARE, Limits
 from farm_ar.benchmark.worlds.base import Example, Row
 from farm_ar.errors import OptionError, SnapshotError
 from farm_ar.scenes import scene_from_dict, scene_to_dict, snapshot_from_dict, snapshot_to_dict
+from farm_ar.scenes.documents import Document, Flag, Listing, Named, Number, Object, OrNull, Text
 from farm_ar.scenes.files import read_json, write_text
 
 INDEX, TRUTH = "suite.json", "truth.json"
@@ -24,6 +27,71 @@ INDEX, TRUTH = "suite.json", "truth.json"
 
 DIGITS = 6
 """Digits of a position, counted from the first one of the scene's extent."""
+
+SUITE = Document(
+    "suite",
+    Object(
+        {
+            "suite": Text(about="Its name, with its version."),
+            "digest": Text(default=None, about="Hash of all scenes, snapshots and true labels."),
+            "rows": Listing(
+                Object(
+                    {
+                        "name": Text(),
+                        "about": Text(default="tracks", about="What it is, in a few words."),
+                        "all_in_view": Flag(default=False, about="Whether nothing can be out of view."),
+                        "snapshots": Listing(
+                            Text(),
+                            least=1,
+                            words="a list of at least one name",
+                            about="Names: NAME.scene.json and NAME.snapshot.json are its files.",
+                        ),
+                    }
+                ),
+                least=1,
+                different="name",
+                words="a list of at least one row",
+            ),
+        },
+        notes=True,
+        about="Which snapshots there are, in rows.",
+    ),
+    OptionError,
+)
+"""What the index of a suite's folder holds."""
+
+ANSWERS = Document(
+    "answers",
+    Object(
+        {
+            "suite": Text(about="The name of the suite, as its suite.json has it."),
+            "method": Text(default="answers", about="What made the answers."),
+            "answers": Named(
+                Object(
+                    {
+                        "labels": Listing(
+                            OrNull(Text(), "a label"),
+                            about="For each detection, in the order of the snapshot file, its label or null.",
+                        ),
+                        "confidence": Listing(
+                            Number(SHARE),
+                            default=None,
+                            about="For each detection the probability that its answer is right.",
+                        ),
+                        "seconds": Number(Limits(0.0, 1e9, ""), default=None, about="How long it took."),
+                    }
+                ),
+                about="By the name of the snapshot, as in crossing/0001.",
+            ),
+        },
+        notes=True,
+        about="Which label each detection of each snapshot is. Also the form of truth.json.",
+    ),
+    OptionError,
+)
+"""What a file of answers holds, that of the truth among them."""
+
+_KEY = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*/[A-Za-z0-9][A-Za-z0-9._-]*", re.ASCII)
 
 _LINES = json.JSONEncoder(separators=(",", ":"), ensure_ascii=False, allow_nan=False)
 
@@ -207,29 +275,26 @@ def read_folder(folder: str | os.PathLike[str]) -> Suite:
 
     Raises:
         OptionError: it is no folder, or a file of it is missing or not of its form.
-        SceneError, SnapshotError: a scene or a snapshot cannot be used.
+        SnapshotError: a file of a scene or a snapshot is missing or not JSON.
     """
     place = Path(folder)
     if not (place / INDEX).is_file() or not (place / TRUTH).is_file():
         raise OptionError("--data", f"must be a folder with {INDEX} and {TRUTH}", str(place))
-    index = read_json(place / INDEX, OptionError)
-    truth = read_json(place / TRUTH, OptionError)
-    try:
-        rows = []
-        for row in index["rows"]:
-            documents = []
-            for key in row["snapshots"]:
-                files = {part: place / f"{key}.{part}.json" for part in ("scene", "snapshot")}
-                parts = {part: read_json(file, SnapshotError) for part, file in files.items()}
-                documents.append({**parts, "truth": truth["answers"][key]["labels"]})
-            rows.append(SuiteRow(row["name"], row["about"], bool(row["all_in_view"]), tuple(documents)))
-        suite = Suite(str(index["suite"]), tuple(rows))
-    except (KeyError, TypeError, AttributeError) as problem:
-        expected = f"must have the form that farm-ar convert writes ({type(problem).__name__}: {problem})"
-        raise OptionError(f"{INDEX}, {TRUTH}", expected, str(place)) from None
-    if not suite.rows or not all(map(len, suite.rows)):
-        raise OptionError(INDEX, "must name at least one row, with snapshots", str(place))
-    return suite
+    index = SUITE.read(read_json(place / INDEX, OptionError), INDEX)
+    truth = ANSWERS.read(read_json(place / TRUTH, OptionError), TRUTH)["answers"]
+    rows = []
+    for row in index["rows"]:
+        documents = []
+        for key in row["snapshots"]:
+            if not _KEY.fullmatch(key):
+                raise OptionError("snapshots", "must be names as in crossing/0001", key, INDEX)
+            if key not in truth:
+                raise OptionError(f"answers.{key}", f"must be there, for {INDEX} names it", "nothing", TRUTH)
+            files = {part: place / f"{key}.{part}.json" for part in ("scene", "snapshot")}
+            parts = {part: read_json(file, SnapshotError) for part, file in files.items()}
+            documents.append({**parts, "truth": truth[key]["labels"]})
+        rows.append(SuiteRow(row["name"], row["about"], row["all_in_view"], tuple(documents)))
+    return Suite(index["suite"], tuple(rows))
 
 
 def _checked_truth(truth: object, labels: Sequence[str], snapshot: Any, key: str) -> tuple[str | None, ...]:

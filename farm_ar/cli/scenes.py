@@ -104,6 +104,8 @@ KINDS = {
     "trace": "farm_ar.envs.trace:TRACE",
     "script": "farm_ar.showcases.script:SCRIPT",
     "failures": "farm_ar.agents.stress.failures:REPORT",
+    "suite": "farm_ar.benchmark.suite:SUITE",
+    "answers": "farm_ar.benchmark.suite:ANSWERS",
 }
 """Where each kind of file is declared."""
 

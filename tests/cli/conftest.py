@@ -97,6 +97,16 @@ def documents() -> dict[str, Any]:
         "trace": json.loads(json.dumps(env.trace())),
         "script": script,
         "failures": {"version": "0", "failures": [failure | layout | {"effort": 0.1, "wrong": 1}]},
+        "suite": {
+            "suite": "own-1",
+            "digest": "0",
+            "rows": [{"name": "a", "about": "b", "all_in_view": True, "snapshots": ["a/0", "a/1"]}],
+        },
+        "answers": {
+            "suite": "own-1",
+            "method": "mine",
+            "answers": {"a/0": {"labels": ["chair 1", None], "confidence": [0.5, 1], "seconds": 0.1}},
+        },
     }
 
 

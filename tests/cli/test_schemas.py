@@ -10,6 +10,7 @@ import pytest
 from hypothesis import settings
 
 from farm_ar.agents.stress.failures import REPORT
+from farm_ar.benchmark.suite import ANSWERS, SUITE
 from farm_ar.cli.scenes import KINDS
 from farm_ar.envs.trace import TRACE
 from farm_ar.errors import InputError
@@ -18,7 +19,15 @@ from farm_ar.scenes.documents import MismatchError, is_text
 from farm_ar.scenes.json_files import SCENE, SNAPSHOT
 from farm_ar.showcases.script import SCRIPT
 
-DECLARED = {"scene": SCENE, "snapshot": SNAPSHOT, "trace": TRACE, "script": SCRIPT, "failures": REPORT}
+DECLARED = {
+    "scene": SCENE,
+    "snapshot": SNAPSHOT,
+    "trace": TRACE,
+    "script": SCRIPT,
+    "failures": REPORT,
+    "suite": SUITE,
+    "answers": ANSWERS,
+}
 MUTANTS = 10 * settings().max_examples
 
 BESIDE_OTHERS = (
@@ -52,8 +61,8 @@ def test_the_older_command_for_the_schema_of_scenes_says_the_same(run):
 
 
 def test_a_kind_that_there_is_not_is_one_line(mistake):
-    line = mistake("schema", "picture")
-    assert line == "OptionError: KIND: must be one of failures, scene, script, snapshot, trace, got 'picture'"
+    known = "answers, failures, scene, script, snapshot, suite, trace"
+    assert mistake("schema", "picture") == f"OptionError: KIND: must be one of {known}, got 'picture'"
 
 
 @pytest.mark.parametrize("name", BUILTIN)

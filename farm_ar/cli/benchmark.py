@@ -1,0 +1,120 @@
+"""`farm-ar benchmark` and `convert`: methods on the same snapshots for everybody, and on tracks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from farm_ar.cli.options import REID_HELP, number, whole
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from farm_ar.benchmark.results import Results
+
+DEFAULT = "likelihood"
+"""The method that is measured where none is named."""
+
+
+def benchmark(
+    methods: Annotated[list[str] | None, typer.Argument(metavar="METHOD ...", help=REID_HELP)] = None,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="The first snapshots of each row only: a minute.")
+    ] = False,
+    rows: Annotated[
+        str | None, typer.Option(metavar="ROW,...", help="These rows only; all of them by default.")
+    ] = None,
+    data: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="Snapshots as farm-ar convert writes them, in place of benchmark-1."
+        ),
+    ] = None,
+    export: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Write the snapshots as files, without the truth, and end."),
+    ] = None,
+    scored: Annotated[
+        list[Path] | None,
+        typer.Option("--score", metavar="FILE", help="Score a JSON file of labels too, or alone."),
+    ] = None,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Where the results go.")] = Path("out/benchmark"),
+    workers: Annotated[
+        int, typer.Option(metavar="N", parser=whole(1, 1000), help="Processes that share the work.")
+    ] = 1,
+    time_limit: Annotated[
+        float | None,
+        typer.Option(
+            metavar="S",
+            parser=number(1, 1e6),
+            help="Seconds for 10 snapshots, after which they count as unanswered; no limit by default.",
+        ),
+    ] = None,
+    fresh: Annotated[
+        bool, typer.Option("--fresh", help="Start over; do not use the finished work in DIR.")
+    ] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print the results as JSON and nothing else.")
+    ] = False,
+) -> None:
+    """Measure methods on benchmark-1: snapshots of the paper's scenes and of simulated worlds.
+
+    Accuracy, calibration, selective accuracy, breaking effort and time, beside the simple assignments. It
+    takes ten minutes for one method. After an interruption the same command continues where it stopped.
+    """
+    from farm_ar.benchmark.running import Request, check_methods, export_suite, run_benchmark
+    from farm_ar.cli.inputs import refuse
+    from farm_ar.cli.options import make_folder
+    from farm_ar.cli.output import print_line
+    from farm_ar.sweeps import make_executor
+    from farm_ar.sweeps.progress import shown
+
+    chosen = None if rows is None else tuple(rows.split(","))
+    if export is not None:
+        refuse([("METHOD", methods or None), ("--score", scored or None)], "with --export")
+        make_folder("--export", export)
+        suite, count = export_suite(export, data, chosen)
+        print_line(f"Wrote {count} snapshots of {suite.name} ({suite.digest}) to {export}")
+        return
+    if scored:
+        refuse([("--quick", quick or None)], "with --score, which is of all snapshots")
+    asked = tuple(methods or (() if scored else (DEFAULT,)))
+    check_methods(asked)
+    make_folder("--out", out)
+    request = Request(asked, quick, chosen, data, tuple(scored or ()), fresh)
+    kind = "serial" if workers == 1 and time_limit is None else "process"
+    with make_executor(kind, workers, time_limit) as executor, shown(_errors()) as watch:
+        results = run_benchmark(request, out / "benchmark.sqlite", executor, watch)
+    _show(results, out, as_json)
+
+
+def _errors() -> Console:
+    from rich.console import Console
+
+    return Console(stderr=True)
+
+
+def _show(results: Results, out: Path, as_json: bool) -> None:
+    """Write the files, and print the tables or the JSON."""
+    from farm_ar.benchmark import report
+    from farm_ar.cli.options import writing
+    from farm_ar.cli.output import print_json, print_line, print_table
+
+    with writing("--out", out):
+        files = report.write_results(results, out)
+    if as_json:
+        print_json(results.values())
+        return
+    quick = ", the first snapshots of each row only" if results.quick else ""
+    print_line(f"{results.suite} ({results.digest}), {len(results.rows)} rows{quick}")
+    for method in report.asked_for(results):
+        print_line(f"{method} by row")
+        head = report.ROW_HEAD[: report.SHORT]
+        print_table(head, [row[: report.SHORT] for row in report.method_rows(results, method)], head[1:])
+    print_line("")
+    print_table(report.HEAD, report.summary_rows(results), report.HEAD[1:])
+    for line in (*results.notes, *report.LEGEND):
+        print_line(line)
+    print_line(f"Wrote {', '.join(str(file) for file in files)}")
