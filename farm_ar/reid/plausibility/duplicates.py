@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.geometry import footprint_corners, inside_footprint
 from farm_ar.scenes import Detections, Layout
 
-SURE, LESS_SURE, IN_DOUBT = 0.9, 0.75, 0.5
+SURE, LESS_SURE, IN_DOUBT = 0.92, 0.75, 0.5
 """Share of either footprint that the other covers where two are one: as a rule; where one is detected more
-surely, or both are at one place to the last digit; and where the category has more detections than labels."""
+surely; and where the category has more detections than labels."""
 
 GRID = 16
 """Points to a side by which a footprint is measured."""
@@ -18,7 +20,10 @@ GRID = 16
 NEAR = 0.02
 """How near two stand that are one, by the labels' spacing, where a size or a heading is not known."""
 
-MOST_PAIRS = 5000
+PILE = 3.0
+"""How far from where labels coincided things may coincide and be two, by the labels' spacing."""
+
+MOST_PAIRS = 10_000
 """Pairs of neighbours beyond which nothing is said: where so many coincide, that is another fault."""
 
 
@@ -26,7 +31,7 @@ def duplicates(seen: Detections, layout: Layout, spacing: float) -> dict[int, in
     """From each detection of a thing that another one, detected more surely, is of to that other.
 
     Both are of one category, or one is not known, at one height, and their footprints nearly coincide.
-    Where labels of the category coincide as nearly, nothing is said.
+    Where labels of the category coincided as nearly, two detections may be two things.
 
     Args:
         seen: the detections, all positions finite.
@@ -37,23 +42,47 @@ def duplicates(seen: Detections, layout: Layout, spacing: float) -> dict[int, in
     rank[np.lexsort((np.arange(len(seen)), -seen.confidence))] = np.arange(len(seen))
     pairs = _neighbours(seen, spacing)
     pairs = np.where((rank[pairs[:, :1]] < rank[pairs[:, 1:]]), pairs, pairs[:, ::-1])
+    kinds = {name: _Kind.of(name, seen, layout, spacing) for name in {*seen.category, None}}
     result: dict[int, int] = {}
     for surer, other in pairs[np.lexsort((rank[pairs[:, 1]], rank[pairs[:, 0]]))].tolist():
         names = {seen.category[surer], seen.category[other]} - {None}
         if surer in result or other in result or len(names) == 2:
             continue
-        name = next(iter(names), None)
-        number = sum(name in (None, one) for one in seen.category)
-        known = [j for j, one in enumerate(layout.category) if name in (None, one)]
-        same_place = (seen.position[surer] == seen.position[other]).all()
-        doubtful = same_place or seen.confidence[surer] > seen.confidence[other]
-        least = LESS_SURE if doubtful else SURE
-        least = IN_DOUBT if number > len(known) else least
-        if _coincide(seen, surer, other, spacing) >= least and not _any_coincide(
-            layout.subset(known), spacing, least
-        ):
+        kind = kinds[next(iter(names), None)]
+        least = LESS_SURE if seen.confidence[surer] > seen.confidence[other] else SURE
+        least = IN_DOUBT if kind.surplus else least
+        if least <= _coincide(seen, surer, other, spacing) and not kind.piled(seen.position[surer], least):
             result[other] = surer
     return result
+
+
+class _Kind(NamedTuple):
+    """A category: whether more are detected than there are labels, and which of its labels coincide.
+
+    Args:
+        surplus: whether more are detected.
+        place: (P, 2) of pairs of labels near one another, metres.
+        share: (P,) of either footprint that the other covers.
+        near: how near a pile must have been to be one still, metres.
+    """
+
+    surplus: bool
+    place: FloatArray
+    share: FloatArray
+    near: float
+
+    @classmethod
+    def of(cls, name: str | None, seen: Detections, layout: Layout, spacing: float) -> _Kind:
+        number = sum(name in (None, one) for one in seen.category)
+        known = layout.subset([j for j, one in enumerate(layout.category) if name in (None, one)])
+        pairs = _neighbours(known, spacing)
+        share = np.array([_coincide(known, a, b, spacing) for a, b in pairs.tolist()])
+        return cls(number > len(known), known.position[pairs[:, 0]], share, PILE * spacing)
+
+    def piled(self, position: FloatArray, least: float) -> bool:
+        """Whether labels that coincide as nearly were near a place (2,)."""
+        near = np.linalg.norm(self.place - position, axis=1) <= self.near
+        return bool((near & (self.share >= least)).any())
 
 
 def _neighbours(things: Detections | Layout, spacing: float) -> IntArray:
@@ -62,16 +91,21 @@ def _neighbours(things: Detections | Layout, spacing: float) -> IntArray:
 
     if len(things) < 2:
         return np.zeros((0, 2), dtype=np.int64)
-    across = np.hypot(things.size[:, 0], things.size[:, 2])
-    reach = max(NEAR * spacing, float(np.nanmax(across, initial=0.0)) / 2)
+    half = np.maximum(things.size[:, 0], things.size[:, 2]) / 2
+    reach = np.maximum(
+        np.nan_to_num(half), NEAR * spacing
+    )  # a footprint that covers half another's is nearer
     tree = KDTree(things.position)
-    if (tree.count_neighbors(tree, reach) - len(things)) / 2 > MOST_PAIRS:
+    if tree.count_neighbors(tree, reach.max()) > 20 * MOST_PAIRS:
         return np.zeros((0, 2), dtype=np.int64)
-    return tree.query_pairs(reach, output_type="ndarray").astype(np.int64).reshape(-1, 2)
-
-
-def _any_coincide(things: Layout, spacing: float, least: float) -> bool:
-    return any(_coincide(things, a, b, spacing) >= least for a, b in _neighbours(things, spacing).tolist())
+    pairs = tree.query_pairs(reach.max(), output_type="ndarray").astype(np.int64).reshape(-1, 2)
+    between = np.linalg.norm(things.position[pairs[:, 0]] - things.position[pairs[:, 1]], axis=1)
+    names = np.array([name or "" for name in things.category])
+    first, second = names[pairs[:, 0]], names[pairs[:, 1]]
+    pairs = pairs[
+        (between <= reach[pairs].min(axis=1)) & ((first == second) | (first == "") | (second == ""))
+    ]
+    return pairs if len(pairs) <= MOST_PAIRS else pairs[:0]
 
 
 def _coincide(things: Detections | Layout, a: int, b: int, spacing: float) -> float:

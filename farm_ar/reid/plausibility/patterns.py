@@ -20,7 +20,7 @@ from farm_ar.geometry import diameter
 from farm_ar.geometry.angles import FULL_TURN
 from farm_ar.scenes import UNKNOWN, Bounds, Scene
 
-MOST_DETECTIONS, MOST_CELLS = 24, 2_000_000
+MOST_DETECTIONS, MOST_CELLS = 16, 2_000_000
 """Detections that are compared, and numbers that are held at once."""
 
 ANYWHERE = 0.3
