@@ -3,7 +3,7 @@
     FARM_AR_PAPER_SCENES=... python benchmarks/plausibility.py [--layouts 40] [--seed 0]
 
 False alarms: the built-in scenes and, where the variable names their folder, the authors', under the paper's
-16 levels of noise, `--layouts` snapshots a level; the farm's metres are scaled with its table. True alarms: the
+16 levels of noise, `--layouts` snapshots a level; the farm's metres scaled with its table. True alarms: the
 same scenes and six rooms unlike them (a toy on a table, a warehouse, centimetres, far origins, no bounds),
 things left where they were, or moved by T(0, 0.1 m), R(0, 15 degrees) in a room of 7 m, and each fault in
 turn; in snapshots of at least 3 detections, for headings in radians with two that are not 0.
@@ -102,7 +102,7 @@ def cameras(scene: Scene, number: int, rng: np.random.Generator) -> Camera:
 def snapshots(
     scene: Scene, level: tuple[float, float], number: int, rng: np.random.Generator
 ) -> Iterator[Snapshot]:
-    """Snapshots of a scene under a level of noise, which in a place that is no room is relative to its size."""
+    """Snapshots of a scene under a level of noise, which outside the usual rooms is relative to the size."""
     usual = scene.room is not None and scene.diagonal > 5
     scale = 1.0 if usual else scene.diagonal / USUAL_DIAGONAL
     noise = LayoutNoise.of(level[0] * scale, level[1])
