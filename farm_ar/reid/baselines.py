@@ -11,7 +11,7 @@ from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.errors import OptionError, SceneError
 from farm_ar.reid.assignment.solvers import UNASSIGNED, solve_assignment
 from farm_ar.reid.base import Assurance, Identification, Reidentifier
-from farm_ar.reid.categories import codes_of, declared_codes
+from farm_ar.reid.categories import codes_in, declared_codes
 from farm_ar.reid.certificates import Choices, PoseMetric, certificate
 from farm_ar.reid.costs import translation_cost
 from farm_ar.reid.spatial import SpatialOptions, SpatialReid
@@ -59,7 +59,7 @@ class NearestReid(Reidentifier):
             SnapshotError: a detection's category is not one of the scene's.
         """
         layout = self.scene.layout
-        category = np.array(codes_of(seen.category, self._declared), dtype=np.int64)[:, None]
+        category = np.array(codes_in(seen, self._declared), dtype=np.int64)[:, None]
         cost = translation_cost(seen.position, layout.position, self.scene.diagonal)
         if self.gate_categories:
             cost[(category != UNKNOWN) & (category != layout.category_code)] = np.inf

@@ -8,7 +8,7 @@ import numpy as np
 
 from farm_ar.arrays import BoolArray, IntArray, first_wrong
 from farm_ar.errors import SnapshotError
-from farm_ar.scenes import UNKNOWN, Layout, SnapshotBatch
+from farm_ar.scenes import UNKNOWN, Detections, Layout, SnapshotBatch
 
 CategoryCodes = Mapping[str | None, int]
 """From each category that a scene declares to its index, and from None to `UNKNOWN`."""
@@ -19,17 +19,21 @@ def declared_codes(layout: Layout) -> CategoryCodes:
     return {None: UNKNOWN} | {name: code for code, name in enumerate(layout.categories)}
 
 
-def codes_of(categories: tuple[str | None, ...], declared: CategoryCodes) -> list[int]:
-    """The code of the category of each detection.
+def codes_in(seen: Detections, declared: CategoryCodes) -> list[int]:
+    """The code of the category of each detection, of which all have a pose.
 
     Raises:
-        SnapshotError: a category is not declared.
+        SnapshotError: a category is not declared, or a position is not known.
     """
+    where = first_wrong(np.isfinite(seen.position))
+    if where is not None:
+        expected = "must be finite; farm_ar.reid.identify sets such detections aside"
+        raise SnapshotError(f"detections[{where[0]}].position", expected, seen.position[where[0]].tolist())
     try:
-        return [declared[name] for name in categories]
+        return [declared[name] for name in seen.category]
     except KeyError as problem:
         name = problem.args[0]
-        raise _undeclared(f"detections[{categories.index(name)}]", name, declared) from None
+        raise _undeclared(f"detections[{seen.category.index(name)}]", name, declared) from None
 
 
 def batch_codes(batch: SnapshotBatch, exists: BoolArray, declared: CategoryCodes) -> IntArray:

@@ -16,7 +16,7 @@ from farm_ar.reid.base import Assurance, Identification, Reidentifier, as_reiden
 from farm_ar.reid.plausibility import Finding, check, set_aside
 from farm_ar.reid.plausibility.finding import some
 from farm_ar.reid.registry import load_reid
-from farm_ar.scenes import Scene, Snapshot
+from farm_ar.scenes import Detections, Scene, Snapshot
 
 FRAMES = ("map", "unknown")
 """In which frame a snapshot may be: the map's, or one that is to be found."""
@@ -35,8 +35,9 @@ def identify(
     """The label of each detection, or None with a reason; and warnings of what cannot be right.
 
     Detections that cannot be identified are set aside: of a category that the scene lacks, with a broken
-    pose, or of a thing that is detected twice. The rest goes to the method, and the answers come back in the
-    order of the detections, with NaN for the cost, the margin and the probabilities of those set aside.
+    pose, or of a thing that is detected twice. Sizes that cannot be right are not used. The rest goes to the
+    method, and the answers come back in the order of the detections, with NaN for the cost, the margin and
+    the probabilities of those set aside.
 
     Args:
         scene: the reference layout and its place.
@@ -63,6 +64,8 @@ def identify(
     footprints = not any(one.kind in MISLEADING for one in findings)
     reasons = set_aside(scene, snapshot, again=footprints)
     kept = np.flatnonzero([reason is None for reason in reasons])
+    wrong = [i for one in findings if one.kind == "sizes" for i in one.detections]
+    snapshot = _without_sizes(snapshot, wrong)
     answer = rule.identify(snapshot if len(kept) == len(reasons) else some(snapshot, kept))
     return _whole(answer, kept, reasons, tuple(said), sure)
 
@@ -88,6 +91,15 @@ def _aligned(scene: Scene, snapshot: Snapshot) -> tuple[Snapshot, float, list[st
         sure = f"the snapshot's frame is right with a probability of {found.confidence:.0%}{others}"
         said.append(f"{sure}: {found.reason}; align(..., anchor=...) takes one pose known in both frames")
     return found.apply(snapshot), found.confidence, said
+
+
+def _without_sizes(snapshot: Snapshot, wrong: list[int]) -> Snapshot:
+    """The snapshot, with the sizes of some detections not known."""
+    if not wrong:
+        return snapshot
+    size = snapshot.detections.size.copy()
+    size[wrong] = np.nan
+    return replace(snapshot, detections=Detections.trusted(**vars(snapshot.detections) | {"size": size}))
 
 
 def _whole(

@@ -27,7 +27,7 @@ from farm_ar.reid.assignment import (
     solve_assignment,
 )
 from farm_ar.reid.base import Assurance, Identification, IdentificationBatch, Reidentifier
-from farm_ar.reid.categories import batch_codes, codes_of, declared_codes
+from farm_ar.reid.categories import batch_codes, codes_in, declared_codes
 from farm_ar.reid.costs import (
     dimension_cost_of_sides,
     rotation_cost,
@@ -140,7 +140,7 @@ class SpatialReid(Reidentifier):
             SnapshotError: a detection's category is not one of the scene's.
         """
         seen = snapshot.detections
-        category = codes_of(seen.category, self._declared)
+        category = codes_in(seen, self._declared)
         candidates, sites, widened = self._candidates(snapshot.camera.position, category)
         if self.options.certify:
             return self._certify(seen, category, candidates, sites, widened)
@@ -251,7 +251,7 @@ class SpatialReid(Reidentifier):
             SnapshotError: a detection's category is not one of the scene's.
         """
         seen = snapshot.detections
-        category = codes_of(seen.category, self._declared)
+        category = codes_in(seen, self._declared)
         candidates, _, _ = self._candidates(snapshot.camera.position, category)
         if candidates is None or self.options.certify:
             candidates = np.arange(len(self.scene.layout))

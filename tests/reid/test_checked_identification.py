@@ -5,8 +5,16 @@ import pickle
 import numpy as np
 import pytest
 
-from farm_ar.errors import OptionError
-from farm_ar.reid import LikelihoodReid, NearestReid, Reidentifier, SpatialReid, identify
+from farm_ar.errors import OptionError, SnapshotError
+from farm_ar.reid import (
+    REIDENTIFIERS,
+    LikelihoodReid,
+    NearestReid,
+    Reidentifier,
+    SpatialReid,
+    align,
+    identify,
+)
 from farm_ar.scenes import Camera, Detections, FieldOfView, Layout, Scene, Snapshot
 
 
@@ -51,8 +59,6 @@ def again(scene, k, shift=(0.0, 0.0), **changes):
 
 @pytest.mark.parametrize("reid", ["spatial", "likelihood", "relational", "nearest"])
 def test_without_anything_to_set_aside_the_answer_is_the_methods_own(scene, reid):
-    from farm_ar.reid import REIDENTIFIERS
-
     mine, its = identify(scene, snapshot(scene), reid), REIDENTIFIERS[reid](scene).identify(snapshot(scene))
     assert mine.labels == its.labels == scene.layout.labels
     for name in ("cost", "margin", "confidence"):
@@ -91,6 +97,47 @@ def test_a_category_that_the_scene_lacks_has_a_reason_and_leaves_the_rest_in_pla
 def test_a_class_a_function_and_an_instance_serve_as_the_method(scene, reid):
     for one in (reid, reid(scene)):
         assert identify(scene, snapshot(scene), one).labels == scene.layout.labels
+
+
+def broken(seen, k):
+    """The snapshot, with NaN for one detection's pose, as a stream gives it."""
+    values = {
+        name: np.array(getattr(seen.detections, name)) for name in ("position", "yaw", "size", "elevation")
+    }
+    for array in values.values():
+        array[k] = np.nan
+    return Snapshot(seen.camera, Detections.trusted(**vars(seen.detections) | values))
+
+
+@pytest.mark.parametrize("reid", sorted(REIDENTIFIERS))
+def test_one_broken_pose_costs_no_more_than_itself(scene, reid):
+    found = identify(scene, broken(snapshot(scene), 3), reid)
+    assert found.labels == ("ada", "ben", "cleo", None, "desk")
+    assert found.reason[3] == "its pose is broken: its position is not a number"
+    with pytest.raises(SnapshotError, match=r"^detections\[3\].position: must be finite"):
+        REIDENTIFIERS[reid](scene).identify(broken(snapshot(scene), 3))
+
+
+def test_a_broken_pose_does_not_hinder_the_search_for_the_frame(scene):
+    rng = np.random.default_rng(0)
+    known = scene.knowing(scene.layout.with_poses(rng.uniform(0.5, 5.5, (5, 2)), rng.uniform(-3, 3, 5)))
+    whole = identify(known, snapshot(known), "spatial", frame="unknown")
+    assert whole.labels == known.layout.labels
+    found = identify(known, broken(snapshot(known), 3), "spatial", frame="unknown")
+    assert found.labels == ("ada", "ben", "cleo", None, "desk")
+    matches = align(known, broken(snapshot(known), 3)).matches
+    assert matches[3] is None
+    assert set(matches[:3]) <= {"ada", "ben", "cleo", None}
+
+
+def test_sizes_that_cannot_be_right_are_not_used(scene):
+    right = identify(scene, snapshot(scene))
+    wrong = identify(scene, snapshot(scene, size=100 * scene.layout.size))
+    assert any(
+        "100 times too large, as if the snapshot gave them in centimetres" in one for one in wrong.warnings
+    )
+    assert wrong.labels == right.labels
+    np.testing.assert_allclose(wrong.confidence, right.confidence, atol=1e-3)
 
 
 def test_a_method_or_a_frame_that_is_not_known_is_refused(scene):

@@ -19,7 +19,7 @@ from farm_ar.reid.adaptive.options import AdaptiveOptions
 from farm_ar.reid.adaptive.pairs import Problem, Surroundings, problem_of
 from farm_ar.reid.adaptive.records import Seeing
 from farm_ar.reid.base import Assurance, Identification, Reidentifier
-from farm_ar.reid.categories import codes_of, declared_codes
+from farm_ar.reid.categories import codes_in, declared_codes
 from farm_ar.reid.likelihood.kernels import decide
 from farm_ar.reid.likelihood.records import Answer
 from farm_ar.scenes import UNKNOWN, Camera, Scene, Snapshot
@@ -172,7 +172,7 @@ class AdaptiveReid(Reidentifier):
 
     def _problem(self, snapshot: Snapshot, hint: FloatArray | None) -> Problem:
         seen = snapshot.detections
-        codes = np.array(codes_of(seen.category, self._declared), dtype=np.int64).reshape(len(seen))
+        codes = np.array(codes_in(seen, self._declared), dtype=np.int64).reshape(len(seen))
         return problem_of(self._known, seen, codes, hint, self.options)
 
     def _posterior(self, snapshot: Snapshot, hint: FloatArray | None) -> Posterior:

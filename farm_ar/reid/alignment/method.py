@@ -16,8 +16,9 @@ from farm_ar.arrays import FloatArray, Record
 from farm_ar.reid.alignment.evidence import Found, nothing_stayed, weigh
 from farm_ar.reid.alignment.kernels import refine
 from farm_ar.reid.alignment.problem import Pose, Problem, motion_between, problem_of, proposals
+from farm_ar.reid.plausibility import some
 from farm_ar.reid.registration import RigidMotion
-from farm_ar.scenes import Scene, Snapshot
+from farm_ar.scenes import Detections, Scene, Snapshot
 
 CERTAIN = 0.95
 """Confidence from which on an alignment is called certain."""
@@ -101,6 +102,13 @@ def align(scene: Scene, snapshot: Snapshot, anchor: tuple[Pose, Pose] | None = N
     Raises:
         SnapshotError: the anchor is not two poses of finite numbers.
     """
+    sound = np.flatnonzero(np.isfinite(snapshot.detections.position).all(axis=1))
+    if len(sound) < len(snapshot.detections):
+        matches: list[str | None] = [None] * len(snapshot.detections)
+        rest = align(scene, some(snapshot, sound), anchor)
+        for i, label in zip(sound, rest.matches, strict=True):
+            matches[i] = label
+        return replace(rest, matches=tuple(matches))
     start = None if anchor is None else motion_between(*anchor)
     problem = problem_of(scene, snapshot)
     found = _found(problem, start)
@@ -120,7 +128,9 @@ def moved(snapshot: Snapshot, motion: RigidMotion) -> Snapshot:
         camera=replace(
             camera, position=motion.position(camera.position[None])[0], yaw=camera.yaw + motion.turn
         ),
-        detections=replace(seen, position=motion.position(seen.position), yaw=motion.yaw(seen.yaw)),
+        detections=Detections.trusted(
+            **vars(seen) | {"position": motion.position(seen.position), "yaw": motion.yaw(seen.yaw)}
+        ),
     )
 
 

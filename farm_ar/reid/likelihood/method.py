@@ -11,7 +11,7 @@ import numpy as np
 from farm_ar.arrays import FloatArray, IntArray, Record
 from farm_ar.errors import SceneError
 from farm_ar.reid.base import Assurance, Identification, IdentificationBatch, Reidentifier
-from farm_ar.reid.categories import batch_codes, codes_of, declared_codes
+from farm_ar.reid.categories import batch_codes, codes_in, declared_codes
 from farm_ar.reid.costs import sorted_log_sides
 from farm_ar.reid.likelihood.densities import view_probability
 from farm_ar.reid.likelihood.kernels import identify_batch
@@ -198,7 +198,7 @@ class LikelihoodReid(Reidentifier):
             for period in (0.0, self._labels.period)
         )
         squares = ((sorted_log_sides(seen.size)[:, None] - self._labels.sides) ** 2).sum(axis=-1)
-        codes = codes_of(seen.category, self._declared)
+        codes = codes_in(seen, self._declared)
         likely = self._detecting.category[codes][:, layout.category_code]
         inside = np.empty((len(self._models.translation_sd), len(layout)))
         camera, found = _one(snapshot.camera), self._found_in(snapshot)
@@ -218,7 +218,7 @@ class LikelihoodReid(Reidentifier):
 
     def _found_in(self, snapshot: Snapshot) -> Found:
         seen = snapshot.detections
-        codes = np.array(codes_of(seen.category, self._declared), dtype=np.int64)
+        codes = np.array(codes_in(seen, self._declared), dtype=np.int64)
         return _found(
             np.array([len(seen)]), seen.position[None], seen.yaw[None], codes[None], seen.size[None]
         )

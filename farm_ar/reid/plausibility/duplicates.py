@@ -98,7 +98,8 @@ def _neighbours(things: Detections | Layout, spacing: float) -> IntArray:
     tree = KDTree(things.position)
     if tree.count_neighbors(tree, reach.max()) > 20 * MOST_PAIRS:
         return np.zeros((0, 2), dtype=np.int64)
-    pairs = tree.query_pairs(reach.max(), output_type="ndarray").astype(np.int64).reshape(-1, 2)
+    near = tree.query_pairs(reach.max(), output_type="ndarray")
+    pairs: IntArray = near.astype(np.int64).reshape(-1, 2)
     between = np.linalg.norm(things.position[pairs[:, 0]] - things.position[pairs[:, 1]], axis=1)
     names = np.array([name or "" for name in things.category])
     first, second = names[pairs[:, 0]], names[pairs[:, 1]]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -46,4 +46,4 @@ def some(snapshot: Snapshot, index: IntArray) -> Snapshot:
         name: value[index] if isinstance(value, np.ndarray) else value and tuple(value[i] for i in index)
         for name, value in values.items()
     }
-    return Snapshot(snapshot.camera, Detections.trusted(**kept))
+    return replace(snapshot, detections=Detections.trusted(**kept))

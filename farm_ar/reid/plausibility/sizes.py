@@ -52,15 +52,13 @@ def check_sizes(scene: Scene, seen: Detections) -> Iterator[Finding]:
     enough = len(known) > 1 or abs(common) > np.log(FAR)
     if abs(common) > np.log(COMMON) and together.mean() >= 0.8 and enough:
         which, by = tuple(known[together].tolist()), float(np.exp(common))
-        said = f"sizes of {number(len(which))} of {len(seen)} are {times(by)}{_guess(by)}"
+        said = f"sizes of {number(len(which))} of {len(seen)} are {times(by)}{_guess(by)}, and not used"
         yield Finding("sizes", f"{said}: {TODO}", which)
         return
     odd = tuple(known[np.abs(factor[known]) > np.log(FAR)].tolist())
     if odd:
         names = named([seen.ids[i] for i in odd])
-        said = (
-            f"sizes of {number(len(odd))} of {len(seen)} ({names}) are over {FAR:g} times too large or small"
-        )
+        said = f"sizes of {number(len(odd))} of {len(seen)} ({names}) {FAR:g} times off or more, not used"
         yield Finding("sizes", f"{said}: {TODO}", odd)
 
 
