@@ -240,8 +240,8 @@ def hand(closed: bool) -> Mesh:
         thumb[1], thumb[2], 0.0088, 0.0064, SKIN, 8
     )
     skin += ellipsoid(thumb[2], (0.0064, 0.0064, 0.0064), SKIN, 8, 4)
-    skin += tube((0, 0.012, -0.018), (0, 0.030, -0.075), 0.022, 0.025, SKIN, 12)
-    forearm = tube((0, 0.030, -0.075), (0.02, 0.075, -0.22), 0.025, 0.034, SKIN, 12)
+    forearm = tube((0, 0.012, -0.018), (0, 0.030, -0.075), 0.022, 0.025, SKIN, 12)
+    forearm += tube((0, 0.030, -0.075), (0.02, 0.075, -0.22), 0.025, 0.034, SKIN, 12)
     sleeve = tube((0.018, 0.070, -0.20), (0.045, 0.13, -0.40), 0.040, 0.052, SLEEVE, 12)
     return merged({"hand": mesh_of(skin), "forearm": mesh_of(forearm), "sleeve": mesh_of(sleeve)})
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +13,17 @@ import numpy.typing as npt
 from farm_ar.arrays import ANGLE, POSITION, FloatArray, Record, read_only
 from farm_ar.errors import SceneError
 from farm_ar.rendering.camera import NEAR_M, View
-from farm_ar.rendering.kernels import NOTHING, Faces, Lens, Nearness, Skin, Sun, rasterise, shade
+from farm_ar.rendering.kernels import (
+    NOTHING,
+    Changed,
+    Faces,
+    Lens,
+    Nearness,
+    Skin,
+    Sun,
+    rasterise,
+    shade,
+)
 from farm_ar.rendering.light import Light
 from farm_ar.rendering.mesh import Mesh
 from farm_ar.structs import Structs, new_structs
@@ -93,12 +104,14 @@ class Picture:
 
 
 class Renderer:
-    """Draws what stands in a place; equal instances and views give equal bytes.
+    """Draws what stands in a place; equal instances and views give equal bytes, however they are split.
 
     Args:
         instances: what stands there. What is here is prepared once; what moves is given to `draw`.
         light: the light.
         background: (3,) colour where nothing is.
+        shaded: (2, 3) corners of the box outside of which no shadow falls, metres; that of the instances that
+            cast shadows by default, so that what moves out of it has none.
     """
 
     def __init__(
@@ -106,12 +119,14 @@ class Renderer:
         instances: Sequence[Instance],
         light: Light | None = None,
         background: Sequence[float] = SKY,
+        shaded: npt.ArrayLike | None = None,
     ) -> None:
         self.light = light or Light()
         self._background = np.array(background, dtype=np.float64)
         self._static = _Soup(instances)
+        self._sun, self._shadow = self._cast_static(shaded)
         self._kept: tuple[tuple[bytes, ...], Nearness, Faces] | None = None
-        self._lit: tuple[Structs[Sun], FloatArray, Nearness] | None = None
+        self._rgb: npt.NDArray[np.uint8] | None = None
 
     def draw(self, view: View, moving: Sequence[Instance] = ()) -> Picture:
         """The picture of a view.
@@ -120,77 +135,116 @@ class Renderer:
             view: the camera in its place.
             moving: what stands there besides.
         """
-        lens = view.intrinsics
-        camera = _lens(lens.fx, lens.fy, lens.cx, lens.cy)
-        soup, nearness, face = self._shown(view, camera, moving)
-        rgb = np.empty((lens.height, lens.width, 3), np.uint8)
-        shade(
-            (nearness, face),
-            camera,
-            (view.eye, view.rotation),
-            (soup.corners, soup.normals, soup.colours),
-            (soup.skin_of, soup.uv, soup.skins, soup.pixels),
-            self._lighting(soup),
-            self._background,
-            rgb,
-        )
+        nearness, face = self._kept_layer(view)
+        if self._rgb is None:
+            self._rgb = np.empty((*face.shape, 3), np.uint8)
+            self._shade(view, self._static, (nearness, face), self._shadow, _all_changed(), self._rgb)
+        rgb, soup = self._rgb.copy(), self._static
+        if moving:
+            soup, nearness, face = self._with(view, moving, nearness, face)
+            shadow, changed = self._cast(soup)
+            self._shade(view, soup, (nearness, face), shadow, changed, rgb)
         return Picture(rgb, *_depth_and_ids(nearness, face, soup))
 
     def ids(self, view: View, moving: Sequence[Instance] = ()) -> tuple[npt.NDArray[np.float32], Faces]:
         """(H, W) depth and ids alone, without colours: as in `Picture`."""
-        lens = view.intrinsics
-        soup, nearness, face = self._shown(view, _lens(lens.fx, lens.fy, lens.cx, lens.cy), moving)
+        nearness, face = self._kept_layer(view)
+        soup = self._static
+        if moving:
+            soup, nearness, face = self._with(view, moving, nearness, face)
         return _depth_and_ids(nearness, face, soup)
 
-    def _shown(
-        self, view: View, camera: Structs[Lens], moving: Sequence[Instance]
-    ) -> tuple[_Soup, Nearness, Faces]:
-        """All triangles, and which of them each pixel shows."""
-        nearness, face = self._kept_layer(view, camera)
-        if not moving:
-            return self._static, nearness, face
-        soup, added = _Soup.joined(self._static, moving), len(self._static.corners)
-        rasterise(view.axes(soup.corners[added:]), camera, added, nearness, face)
-        return soup, nearness, face
-
-    def _kept_layer(self, view: View, camera: Structs[Lens]) -> tuple[Nearness, Faces]:
-        """A copy of what the static instances leave in a picture, kept for as long as the view stays."""
+    def _kept_layer(self, view: View) -> tuple[Nearness, Faces]:
+        """What the static instances leave in a picture, kept for as long as the view stays."""
         lens = view.intrinsics
         key = (view.eye.tobytes(), view.rotation.tobytes(), repr(lens).encode())
         if self._kept is None or self._kept[0] != key:
             nearness = np.zeros((lens.height, lens.width), np.float32)
             face = np.full((lens.height, lens.width), NOTHING, np.int32)
-            rasterise(view.axes(self._static.corners), camera, 0, nearness, face)
-            self._kept = key, nearness, face
-        return self._kept[1].copy(), self._kept[2].copy()
+            rasterise(view.axes(self._static.corners), _lens_of(view), 0, nearness, face)
+            self._kept, self._rgb = (key, nearness, face), None
+        return self._kept[1:]
 
-    def _lighting(self, soup: _Soup) -> tuple[Structs[Sun], FloatArray, Nearness]:
-        """The sun, its axes, and the map of what it reaches first; kept where nothing moves."""
-        if soup is not self._static:
-            return self._cast(soup)
-        if self._lit is None:
-            self._lit = self._cast(soup)
-        return self._lit
+    def _with(
+        self, view: View, moving: Sequence[Instance], nearness: Nearness, face: Faces
+    ) -> tuple[_Soup, Nearness, Faces]:
+        """All triangles, and which of them each pixel shows."""
+        nearness, face = nearness.copy(), face.copy()
+        soup, added = _Soup.joined(self._static, moving), len(self._static.corners)
+        rasterise(view.axes(soup.corners[added:]), _lens_of(view), added, nearness, face)
+        return soup, nearness, face
 
-    def _cast(self, soup: _Soup) -> tuple[Structs[Sun], FloatArray, Nearness]:
+    def _shade(
+        self,
+        view: View,
+        soup: _Soup,
+        shown: tuple[Nearness, Faces],
+        shadow: Nearness,
+        changed: Structs[Changed],
+        rgb: npt.NDArray[np.uint8],
+    ) -> None:
+        shade(
+            shown,
+            (_lens_of(view), view.eye, view.rotation),
+            (soup.corners, soup.normals, soup.colours),
+            (soup.skin_of, soup.uv, soup.skins, soup.pixels),
+            (self._sun, self.light.axes, shadow),
+            self._background,
+            changed,
+            rgb,
+        )
+
+    def _cast_static(self, shaded: npt.ArrayLike | None) -> tuple[Structs[Sun], Nearness]:
+        """The sun; the map of what static instances it reaches first, the larger the nearer to it."""
         light, across = self.light, self.light.axes
         sun = new_structs(Sun, 1)
-        sun["sun"], sun["sky"], sun["ground"] = light.sun, light.sky, light.ground
-        if not (light.shadows and soup.casts.any()):
-            return sun, across, np.zeros((0, 0), np.float32)
-        casting = soup.corners if soup.casts.all() else soup.corners[soup.casts]
-        place = casting @ across.T
-        low, high = place.min(axis=(0, 1)), place.max(axis=(0, 1))
-        extent = max(float((high - low)[:2].max()), 1e-6) * (1 + 4 / light.shadows)
-        scale = (light.shadows - 1) / extent
-        left, top = (float(value) - 2 / scale for value in low[:2])
-        sun["scale"], sun["left"], sun["top"] = scale, left, top
+        sun["sun"], sun["sky"], sun["ground"], sun["scale"] = light.sun, light.sky, light.ground, 1.0
+        casting = self._static.corners[self._static.casts]
+        if not light.shadows or (shaded is None and not len(casting)):
+            return sun, np.zeros((0, 0), np.float32)
+        if shaded is None:
+            place = casting.reshape(-1, 3) @ across.T
+        else:
+            corners = np.asarray(shaded, dtype=np.float64)
+            place = np.array(list(product(*corners.T.tolist()))) @ across.T
+        corner, extent = place[:, :2].min(axis=0), float(np.ptp(place[:, :2], axis=0).max())
+        margin = 2 / light.shadows  # so that the edges have pixels around them
+        extent = max(extent, 1e-6) / (1 - 2 * margin)
+        sun["scale"] = (light.shadows - 1) / extent
+        sun["left"], sun["top"] = (corner - margin * extent).tolist()
         reached = np.full((light.shadows, light.shadows), -np.inf, np.float32)
+        self._cast_on(reached, casting, sun)
+        return sun, reached
+
+    def _cast(self, soup: _Soup) -> tuple[Nearness, Structs[Changed]]:
+        """The map with what moves; which pixels of the picture that may change."""
+        added = len(self._static.corners)
+        changed = _all_changed()
+        changed["first"] = added
+        changed["left"], changed["right"] = np.inf, -np.inf
+        casting = soup.corners[added:][soup.casts[added:]]
+        if not (self._shadow.size and len(casting)):
+            return self._shadow, changed
+        reached = self._shadow.copy()
+        place = self._cast_on(reached, casting, self._sun)
+        low, high = place.min(axis=0) - 1, place.max(axis=0) + 1
+        changed["left"], changed["right"], changed["top"], changed["bottom"] = (
+            low[0],
+            high[0],
+            low[1],
+            high[1],
+        )
+        return reached, changed
+
+    def _cast_on(self, reached: Nearness, corners: FloatArray, sun: Structs[Sun]) -> FloatArray:
+        """Draw triangles on a map; (3 F, 2) where their corners are on it."""
+        place = corners @ self.light.axes.T
+        scale, left, top = (float(sun[name][0]) for name in ("scale", "left", "top"))
         face = np.empty(reached.shape, np.int32)
-        # Nearer to the sun is larger along its third axis.
         place[..., 2] *= -1
         rasterise(place, _lens(scale, scale, -left * scale, -top * scale, parallel=True), 0, reached, face)
-        return sun, across, reached
+        on_map: FloatArray = (place[..., :2].reshape(-1, 2) - [left, top]) * scale
+        return on_map
 
 
 class _Soup:
@@ -246,6 +300,18 @@ class _Soup:
                 both.skins[name][begin : begin + len(soup.skins)] = soup.skins[name]
             both.skins["start"][begin : begin + len(soup.skins)] += offset
         return both
+
+
+def _all_changed() -> Structs[Changed]:
+    changed = new_structs(Changed, 1)
+    changed["left"] = changed["top"] = -np.inf
+    changed["right"] = changed["bottom"] = np.inf
+    return changed
+
+
+def _lens_of(view: View) -> Structs[Lens]:
+    lens = view.intrinsics
+    return _lens(lens.fx, lens.fy, lens.cx, lens.cy)
 
 
 def _lens(fx: float, fy: float, cx: float, cy: float, parallel: bool = False) -> Structs[Lens]:

@@ -11,7 +11,7 @@ from farm_ar.arrays import FloatArray
 from farm_ar.rendering.mesh import Mesh
 
 Colour = tuple[int, int, int]
-Point = Sequence[float]
+Point = Sequence[float] | FloatArray
 Polygon = tuple[FloatArray, Colour]
 """(V, 3) corners, counter-clockwise from outside, to the right, up and ahead, metres; and a colour."""
 

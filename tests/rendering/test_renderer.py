@@ -158,15 +158,18 @@ def test_a_texture_lies_where_its_corners_say():
 def test_what_moves_is_drawn_like_what_stands():
     instances = soup(5)
     view = View(LENS, np.array([0.0, 0.4, -0.9]), 0.1, -0.3)
-    whole = Renderer(instances).draw(view)
-    parts = Renderer(instances[:5])
+    space = ((-1.5, -0.5, -1.0), (1.5, 1.0, 2.0))
+    whole = Renderer(instances, shaded=space).draw(view)
+    parts = Renderer(instances[:5], shaded=space)
     for _ in range(2):  # the second time from what was kept
         split = parts.draw(view, instances[5:])
         assert (split.rgb == whole.rgb).all()
         assert (split.ids == whole.ids).all()
         assert (split.depth == whole.depth).all()
     elsewhere = View(LENS, np.array([0.1, 0.5, -0.9]), 0.2, -0.3)
-    assert (parts.draw(elsewhere, instances[5:]).rgb == Renderer(instances).draw(elsewhere).rgb).all()
+    assert (
+        parts.draw(elsewhere, instances[5:]).rgb == Renderer(instances, shaded=space).draw(elsewhere).rgb
+    ).all()
 
 
 def test_pixels_agree_with_the_scene_s_camera():

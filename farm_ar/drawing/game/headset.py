@@ -14,7 +14,6 @@ from farm_ar.drawing.game.overlays import freeze, ice_block
 from farm_ar.drawing.game.perspective import upright_places, upright_scale
 from farm_ar.drawing.game.pinhole import Pinhole
 from farm_ar.drawing.game.pixels import Distances
-from farm_ar.drawing.game.player import draw_hand_before_eyes
 from farm_ar.drawing.game.scenery import Scenery
 from farm_ar.drawing.game.static_layer import StaticLayer, upright_number
 from farm_ar.game_logic.render_state import RenderState
@@ -71,13 +70,14 @@ class HeadsetView:
         image = np.empty((height, width, 3), np.uint8) if out is None else out
         view = Pinhole.of(state.camera, width, height)
         frozen = state.phase == "hand"
-        away = self._static.draw(image, state.camera, view, state.truth)
+        away, hand = self._static.draw(image, state.camera, view, state.truth, state.hand)
+        skin = image if hand is None else image[hand]
         self._draw_figures(image, away, state, view, frozen)
         if frozen:
             freeze(image)
         draw_belief_overlay(image, state, view, self._colours)
-        if state.hand is not None:
-            draw_hand_before_eyes(image, state.hand, view)
+        if hand is not None:
+            image[hand] = skin  # before all that is virtual
         _dim_outside(image, state.camera, view)
         self._labels.draw(image, state, view)
         if self._header:

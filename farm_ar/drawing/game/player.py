@@ -1,4 +1,4 @@
-"""The player from above: a head with a headset, a hand, a forearm."""
+"""The player: from above a head with a headset, a hand and a forearm; in space the hand and its arm."""
 
 from __future__ import annotations
 
@@ -7,14 +7,15 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-from farm_ar.arrays import BoolArray, FloatArray
-from farm_ar.drawing.game.colours import INK, SKIN, SLEEVE, Colour, Image, darker, lighter
+from farm_ar.arrays import FloatArray
+from farm_ar.drawing.game.colours import INK, SKIN, SLEEVE, Image, darker, lighter
 from farm_ar.drawing.game.overlays import outline, tint_area
-from farm_ar.drawing.game.pinhole import Pinhole
 from farm_ar.drawing.game.shapes import Art, Part, box, disc, ellipse, stroke
 from farm_ar.drawing.game.sprites import SHIFT, fixed_point, paste_art
 from farm_ar.drawing.game.viewport import Viewport
 from farm_ar.game_logic.physics.gripper import HandState
+from farm_ar.rendering import Instance, model
+from farm_ar.rendering.shapes import mesh_of, tube
 
 _HAIR = (86, 60, 42)
 _HEADSET = (44, 48, 56)
@@ -89,43 +90,25 @@ def draw_hand(image: Image, hand: HandState, viewport: Viewport) -> None:
     paste_art(image, hand_art(hand.gripped is not None), float(x), float(y), scale, hand.yaw, step=2.5)
 
 
-def draw_hand_before_eyes(image: Image, hand: HandState, view: Pinhole) -> None:
-    """The hand and the forearm as the player sees them, above the buildings."""
+def hand_in_space(hand: HandState, number: int) -> list[Instance]:
+    """The hand and the arm that leads to it from the player's side, above the buildings.
+
+    Args:
+        hand: where it is.
+        number: what pictures call it.
+    """
     x, z = (float(value) for value in hand.position)
     height = _RAISED_M if hand.raised else _LOW_M
-    share = np.linspace(0.0, 1.0, 25)[:, None]
-    elbow = np.array([x + 0.04, height + 0.06, min(z - 0.05, ELBOW_Z)])
-    middle = np.array([x, height, z]) * (1 - share) + elbow * share
-    frame = view.frame(middle)
-    frame = frame[frame[:, 2] > 0.10]
-    if len(frame) < 2:
-        return
-    along = np.linalg.norm(frame - frame[0], axis=1)
-    pixels = view.pixels(frame)
-    way = pixels[0] - pixels[1]
-    way = way / max(float(np.hypot(*way)), 1e-9)
-    _ribbon(image, view, frame, np.interp(along, [0.0, 0.3], [0.021, 0.040]), along > 0.025, SKIN)
-    _ribbon(image, view, frame, np.interp(along, [0.2, 0.5], [0.036, 0.050]), along > 0.20, SLEEVE)
-    scale = round(float(view.focal / frame[0, 2]), 1)
-    yaw = float(np.arctan2(way[0], -way[1])) + hand.yaw
-    column, row = pixels[0].tolist()
-    paste_art(image, hand_art(hand.gripped is not None), column, row, scale, yaw, step=2.5)
-
-
-def _ribbon(
-    image: Image, view: Pinhole, frame: FloatArray, half: FloatArray, shown: BoolArray, colour: Colour
-) -> None:
-    """A round limb along points (P, 3) in the camera's axes, `half` as wide as (P,) metres."""
-    if shown.sum() < 2:
-        return
-    pixels = view.pixels(frame[shown])
-    reach = (half[shown] * view.focal / frame[shown, 2])[:, None]
-    way = np.gradient(pixels, axis=0)
-    way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-9)
-    aside = reach * way[:, ::-1] * np.array([1.0, -1.0])
-    limb = np.vstack([pixels + aside, (pixels - aside)[::-1]])
-    cv2.fillPoly(image, [fixed_point(np.clip(limb, -4000, 4000))], colour, cv2.LINE_AA, SHIFT)
-    outline(image, np.clip(limb, -4000, 4000), darker(colour, 0.55), max(1, round(image.shape[0] / 300)))
+    wrist = np.array([x, height + 0.012, z - 0.018])
+    elbow = np.array([x + 0.04, height + 0.10, min(z - 0.30, ELBOW_Z)])
+    cuff = wrist + 0.16 * (elbow - wrist) / np.linalg.norm(elbow - wrist)
+    arm = tube(wrist, cuff, 0.022, 0.030, SKIN, 12)
+    arm += tube(cuff - 0.1 * (cuff - wrist), elbow, 0.036, 0.052, SLEEVE, 12)
+    fist = model("hand-closed" if hand.gripped is not None else "hand-open").only("hand")
+    return [
+        Instance(fist, np.array([x, height, z]), hand.yaw, number),
+        Instance(mesh_of(arm), np.zeros(3), number=number),
+    ]
 
 
 def _part_of_arm(hand: FloatArray, begin: float, half_begin: float, half_end: float) -> FloatArray:

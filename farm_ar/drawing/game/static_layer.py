@@ -1,30 +1,39 @@
-"""The static layer of the headset's view: room, table, scenery and buildings."""
+"""What is real in the headset's view: room, table, buildings, scenery and the player's hand."""
 
 from __future__ import annotations
 
-import cv2
+from functools import lru_cache
+
 import numpy as np
 
-from farm_ar.arrays import FloatArray
+from farm_ar.arrays import BoolArray, FloatArray
 from farm_ar.drawing.game import ground
-from farm_ar.drawing.game.atlas import Atlas, paste_one_in_space
-from farm_ar.drawing.game.background import draw_table_edges, draw_table_shadow, draw_walls
-from farm_ar.drawing.game.building_solids import solid
-from farm_ar.drawing.game.colours import Image, category_colour
-from farm_ar.drawing.game.perspective import Block, solid_sprites, upright_places
+from farm_ar.drawing.game.atlas import Atlas
+from farm_ar.drawing.game.colours import Colour, Image, category_colour, darker, lighter
+from farm_ar.drawing.game.perspective import upright_places
 from farm_ar.drawing.game.pinhole import Pinhole
 from farm_ar.drawing.game.pixels import Distances
+from farm_ar.drawing.game.player import hand_in_space
 from farm_ar.drawing.game.scenery import Placed
-from farm_ar.drawing.game.sprites import Sprite
+from farm_ar.game_logic.physics.gripper import HandState
+from farm_ar.rendering import MODELS, Instance, Intrinsics, Light, Mesh, Renderer, View, model
+from farm_ar.rendering.shapes import box, mesh_of, pane
 from farm_ar.scenes import Camera, Layout, Scene
 
 _TEXTURE_PX = 640
+_SHADOW_PX = 640
+_BOARD_M, _RIM_M, _TABLE_HEIGHT_M, _WALL_M, _SKIRTING_M = 0.03, 0.016, 0.74, 2.6, 0.08
+_FLOOR_M = 6.0
+"""How far the floor reaches around a table."""
+
+_HAND = 1
+"""Number of the hand in pictures; all else is 0."""
 
 
 class StaticLayer:
-    """Draws the static layer with the distance of each pixel, and keeps the last picture.
+    """Draws what is real with the distance of each pixel, and keeps the last picture.
 
-    While neither the head nor a building moves, a picture is a copy of the one before.
+    While neither the head nor anything real moves, a picture is a copy of the one before.
 
     Args:
         scene: the table.
@@ -36,106 +45,77 @@ class StaticLayer:
     def __init__(self, scene: Scene, size: tuple[int, int], scenery: list[Placed], atlas: Atlas) -> None:
         self.scene, self.size = scene, size
         self._scenery, self._atlas = scenery, atlas
-        self._farm = ground.is_farm(scene)
-        width, height = size
-        rows = round(_TEXTURE_PX * min(2.0, scene.size[1] / scene.size[0]))
-        self._top = ground.table_top(scene, _TEXTURE_PX, rows)
-        light = np.linspace(0.86, 1.08, height)[:, None, None]
-        floor = np.clip(light * np.array(ground.FLOOR), 0, 255).astype(np.uint8)
-        self._floor = np.repeat(floor, width, axis=1)
-        self._wall = np.empty_like(self._floor)
-        self._wall[:] = ground.WALL
+        self._room = _table(scene) if ground.is_farm(scene) else [_top(scene, 0.0)]
+        self._walls = [] if ground.is_farm(scene) else _walls(scene.size)
+        self._light = Light(shadows=_SHADOW_PX)
+        (w, d), high = scene.size, 0.2 * scene.diagonal
+        self._shaded = np.array([(0.0, 0.0, 0.0), (w, high, d)])
         self._feet = np.array([placed.position for placed in scenery]).reshape(-1, 2)
+        self._standing: tuple[tuple[bytes, ...], Renderer] | None = None
         self._key: tuple[bytes, ...] | None = None
-        self._sprites: dict[int, Sprite | None] = {}
-        self._drawn: Layout | None = None
-        self._room, self._image = np.zeros_like(self._floor), np.zeros_like(self._floor)
-        self._away: Distances = np.zeros((height, width), np.float32)
+        self._image: Image = np.empty((size[1], size[0], 3), np.uint8)
+        self._away: Distances = np.empty((size[1], size[0]), np.float32)
+        self._hand: BoolArray | None = None
 
-    def draw(self, image: Image, camera: Camera, view: Pinhole, truth: Layout) -> Distances:
-        """Draw the picture; (H, W) how far away what it shows is, metres, infinite for the room.
+    def draw(
+        self, image: Image, camera: Camera, view: Pinhole, truth: Layout, hand: HandState | None
+    ) -> tuple[Distances, BoolArray | None]:
+        """Draw the picture.
 
         Args:
             image: (H, W, 3) to draw on.
             camera: the headset's.
             view: the same as a pinhole.
             truth: where everything really is.
+            hand: the player's, if it is over the table.
+
+        Returns:
+            (H, W) how far away what it shows is, metres, infinite for nothing; and which pixels show the hand.
         """
-        head = _bytes_of(camera)
-        key = (*head, truth.position.tobytes(), truth.yaw.tobytes())
+        key = (*_bytes_of(camera), truth.position.tobytes(), truth.yaw.tobytes(), _hand_bytes(hand))
         if key != self._key:
-            if self._key is None or self._key[: len(head)] != head:
-                self._draw_room(view)
-                self._drawn = None
-            self._draw_things(view, truth)
+            self._draw_things(view, truth, hand)
             self._key = key
         np.copyto(image, self._image)
-        return self._away
+        return self._away, self._hand
 
-    def _draw_room(self, view: Pinhole) -> None:
-        """Wall, floor and the table top; in a room its four walls."""
-        image = self._room
-        np.copyto(image, self._floor)
-        height = image.shape[0]
-        horizon = int(np.clip(np.floor(view.horizon), 0, height))
-        image[:horizon] = self._wall[:horizon]
-        width_m, depth_m = self.scene.size
-        if self._farm:
-            draw_table_shadow(image, view, self.scene.size)
-            draw_table_edges(image, view, self.scene.size)
-        if horizon == height:
-            return
-        rows, columns = self._top.shape[:2]
-        to_metres = np.array([[width_m / columns, 0, 0], [0, -depth_m / rows, depth_m], [0, 0, 1.0]])
-        below = np.array([[1.0, 0, 0], [0, 1.0, -horizon], [0, 0, 1.0]])
-        part = image[horizon:]
-        cv2.warpPerspective(
-            self._top,
-            below @ view.plane @ to_metres,
-            (part.shape[1], part.shape[0]),
-            dst=part,
-            flags=cv2.INTER_LINEAR,
-            borderMode=cv2.BORDER_TRANSPARENT,
+    def _draw_things(self, view: Pinhole, truth: Layout, hand: HandState | None) -> None:
+        width, height = self.size
+        column, row = view.middle.tolist()
+        lens = Intrinsics(view.focal, view.focal, column, row, width, height)
+        buildings = _buildings(truth)
+        held = None if hand is None else hand.gripped
+        moving = [] if held is None else [buildings.pop(held)]
+        if hand is not None:
+            moving += hand_in_space(hand, _HAND)
+        picture = self._renderer(view, truth, held, buildings).draw(
+            View(lens, view.eye, view.yaw, view.pitch), moving
         )
-        if not self._farm:
-            draw_walls(image, view, self.scene.size)
-
-    def _draw_things(self, view: Pinhole, layout: Layout) -> None:
-        """The room with buildings, other things and scenery in it."""
-        image, away = self._image, self._away
-        np.copyto(image, self._room)
-        away.fill(np.inf)
-        feet = np.insert(layout.position, 1, layout.elevation, axis=1)
-        distance = view.frame(feet)[:, 2]
-        self._draw_moved(view, layout, feet)
-        for i in np.argsort(-distance, kind="stable").tolist():
-            sprite = self._sprites[i]
-            if sprite is not None and distance[i] > -layout.size[i].max():
-                paste_one_in_space(image, away, sprite, float(distance[i]))
+        np.copyto(self._image, picture.rgb)
+        np.copyto(self._away, picture.depth)
+        self._hand = None if hand is None else picture.ids == _HAND
         if self._scenery:
-            self._draw_scenery(image, away, view)
+            self._draw_scenery(view)
 
-    def _draw_moved(self, view: Pinhole, layout: Layout, feet: FloatArray) -> None:
-        """Draw anew what does not stand where it stood when it was drawn last."""
-        if self._drawn is None:
-            moved = np.arange(len(layout))
-        else:
-            moved = np.flatnonzero(
-                (layout.position != self._drawn.position).any(axis=1) | (layout.yaw != self._drawn.yaw)
-            )
-        blocks = []
-        for i in moved.tolist():
-            colour = category_colour(layout.category[i], layout.categories)
-            shape = solid(layout.category[i], colour, *layout.size[i].tolist())
-            blocks.append(Block(shape, float(layout.yaw[i]), feet[i]))
-        fresh = solid_sprites(view, blocks, self.size)
-        self._sprites.update(zip(moved.tolist(), fresh, strict=True))
-        self._drawn = layout
+    def _renderer(
+        self, view: Pinhole, truth: Layout, held: int | None, buildings: list[Instance]
+    ) -> Renderer:
+        """Of all but the hand and what it holds: kept while nothing moves, and the same walls face the eye."""
+        standing = np.arange(len(truth)) != held
+        walls = [wall for wall, foot, inwards in self._walls if (view.eye - foot) @ inwards > 0]
+        poses = truth.position[standing].tobytes(), truth.yaw[standing].tobytes()
+        key = (*poses, standing.tobytes(), str([id(wall) for wall in walls]).encode())
+        if self._standing is None or self._standing[0] != key:
+            things = [*self._room, *walls, *buildings]
+            self._standing = key, Renderer(things, self._light, ground.WALL, self._shaded)
+        return self._standing[1]
 
-    def _draw_scenery(self, image: Image, away: Distances, view: Pinhole) -> None:
+    def _draw_scenery(self, view: Pinhole) -> None:
         art = np.array([upright_number(self._atlas, placed, view) for placed in self._scenery], np.int64)
         place, size, distance, near = upright_places(view, np.insert(self._feet, 1, 0.0, axis=1), self.size)
-        self._atlas.paste_in_space(image, away, art[near], place[near], size[near], distance[near], True)
+        self._atlas.paste_in_space(
+            self._image, self._away, art[near], place[near], size[near], distance[near], True
+        )
 
 
 def upright_number(atlas: Atlas, placed: Placed, view: Pinhole) -> int:
@@ -144,9 +124,98 @@ def upright_number(atlas: Atlas, placed: Placed, view: Pinhole) -> int:
     return atlas.number(placed.thing.side_left if leftwards else placed.thing.side)
 
 
+def _buildings(layout: Layout) -> list[Instance]:
+    """What stands in a layout: models where there are some, else boxes."""
+    things = []
+    for i, category in enumerate(layout.category):
+        colour = category_colour(category, layout.categories)
+        foot = np.array([layout.position[i, 0], layout.elevation[i], layout.position[i, 1]])
+        things.append(
+            Instance(_building(category, colour, *layout.size[i].tolist()), foot, float(layout.yaw[i]))
+        )
+    return things
+
+
+@lru_cache(maxsize=512)
+def _building(category: str, colour: Colour, width: float, height: float, depth: float) -> Mesh:
+    """A category's model, stretched to a size; a box with an arrow to its front on its lid, if it has none."""
+    if category in MODELS:
+        return model(category).fitted(width, height, depth)
+    w, d = width / 2, depth / 2
+    faces = box((-w, 0.0, -d), (w, height, d), colour)
+    arrow = [
+        (-0.55 * w, height * 1.002, -0.5 * d),
+        (0.0, height * 1.002, 0.8 * d),
+        (0.55 * w, height * 1.002, -0.5 * d),
+    ]
+    return mesh_of(faces + pane(arrow, (0, 1, 0), darker(colour, 0.5)))
+
+
+def _table(scene: Scene) -> list[Instance]:
+    """A table with a wooden rim, its legs, and the floor that it stands on."""
+    (w, d), rim = scene.size, _RIM_M
+    board = mesh_of(box((-rim, -_BOARD_M, -rim), (w + rim, 0.0, d + rim), ground.EDGE))
+    legs = []
+    for x in (0.04 * w, 0.96 * w):
+        for z in (0.05 * d, 0.95 * d):
+            legs += box(
+                (x - 0.02, -_TABLE_HEIGHT_M, z - 0.02),
+                (x + 0.02, -_BOARD_M, z + 0.02),
+                darker(ground.EDGE, 0.3),
+            )
+    far, low = _FLOOR_M, -_TABLE_HEIGHT_M
+    floor = pane(
+        [(-far, low, -far), (w + far, low, -far), (w + far, low, d + far), (-far, low, d + far)],
+        (0, 1, 0),
+        ground.FLOOR,
+    )
+    return [
+        _top(scene, 0.0005),
+        Instance(board, np.zeros(3)),
+        Instance(mesh_of(legs), np.zeros(3)),
+        Instance(mesh_of(floor), np.zeros(3), casts_shadow=False),
+    ]
+
+
+def _top(scene: Scene, level: float) -> Instance:
+    """The painted top of a table, or the floor of a room."""
+    w, d = scene.size
+    texture = ground.table_top(scene, _TEXTURE_PX, round(_TEXTURE_PX * min(2.0, d / w)))
+    corners = np.array([(0.0, level, 0.0), (w, level, 0.0), (w, level, d), (0.0, level, d)])
+    place = np.array([(0.0, 1.0), (1.0, 1.0), (1.0, 0.0), (0.0, 0.0)])
+    faces = [[0, 1, 2], [0, 2, 3]]
+    mesh = Mesh(corners[faces], np.zeros((2, 3)), np.zeros(2, np.int64), ("top",), texture, place[faces])
+    return Instance(mesh, np.zeros(3), casts_shadow=False)
+
+
+def _walls(size: tuple[float, float]) -> list[tuple[Instance, FloatArray, FloatArray]]:
+    """The walls of a room, each with a corner of its foot and the direction inwards."""
+    w, d = size
+    foot = np.array([(0.0, 0.0, 0.0), (w, 0.0, 0.0), (w, 0.0, d), (0.0, 0.0, d)])
+    found = []
+    for k in range(4):
+        side = foot[[k, (k + 1) % 4]]
+        along = side[1] - side[0]
+        inwards = np.array([-along[2], 0.0, along[0]]) / np.linalg.norm(along)
+        up = np.array([0.0, 1.0, 0.0])
+        faces = pane(
+            [*side, *(side[::-1] + _WALL_M * up)], inwards, lighter(ground.WALL, 0.10 * (k % 2) + 0.30)
+        )
+        near = side + 0.002 * inwards
+        faces += pane([*near, *(near[::-1] + _SKIRTING_M * up)], inwards, lighter(ground.WALL, 0.62))
+        found.append((Instance(mesh_of(faces), np.zeros(3), casts_shadow=False), side[0], inwards))
+    return found
+
+
 def _bytes_of(camera: Camera) -> tuple[bytes, ...]:
     """All that a picture depends on of a camera."""
     numbers = (camera.yaw, camera.pitch, np.nan if camera.height is None else camera.height)
     fov = camera.fov
     limits = (fov.left, fov.right)
     return camera.position.tobytes(), np.array([*map(float, numbers), *limits]).tobytes()
+
+
+def _hand_bytes(hand: HandState | None) -> bytes:
+    if hand is None:
+        return b""
+    return np.array([*hand.position, hand.yaw, hand.gripped is None, hand.raised], np.float64).tobytes()
