@@ -329,3 +329,37 @@ def _look_up(u: float, v: float, skins: Structs[Skin], skin: int, pixels: Colour
         above = pixels[a + left, c] + x * (float(pixels[a + right, c]) - pixels[a + left, c])
         below = pixels[b + left, c] + x * (float(pixels[b + right, c]) - pixels[b + left, c])
         paint[c] = above + y * (below - above)
+
+
+@_compile
+def smooth(face: Faces, rgb: Colours, out: Colours) -> None:
+    """Soften edges: a pixel beside one of another face is a third its own colour, the rest its neighbours'.
+
+    Args:
+        face: (H, W) which face each pixel shows.
+        rgb: (H, W, 3) its colours.
+        out: (H, W, 3), filled in.
+    """
+    height, width = face.shape
+    for row in range(height):
+        above, below = max(row - 1, 0), min(row + 1, height - 1)
+        for column in range(width):
+            k, left, right = face[row, column], max(column - 1, 0), min(column + 1, width - 1)
+            edge = (
+                face[row, left] != k
+                or face[row, right] != k
+                or face[above, column] != k
+                or face[below, column] != k
+            )
+            for c in range(3):
+                own = rgb[row, column, c]
+                if edge:
+                    around = (
+                        np.int64(rgb[row, left, c])
+                        + rgb[row, right, c]
+                        + rgb[above, column, c]
+                        + rgb[below, column, c]
+                    )
+                    out[row, column, c] = np.uint8((2 * np.int64(own) + around + 3) // 6)
+                else:
+                    out[row, column, c] = own

@@ -23,6 +23,7 @@ from farm_ar.rendering.kernels import (
     Sun,
     rasterise,
     shade,
+    smooth,
 )
 from farm_ar.rendering.light import Light
 from farm_ar.rendering.mesh import Mesh
@@ -110,6 +111,7 @@ class Renderer:
         instances: what stands there. What is here is prepared once; what moves is given to `draw`.
         light: the light.
         background: (3,) colour where nothing is.
+        smooth: whether the edges of faces are softened.
         shaded: (2, 3) corners of the box outside of which no shadow falls, metres; that of the instances that
             cast shadows by default, so that what moves out of it has none.
     """
@@ -119,9 +121,11 @@ class Renderer:
         instances: Sequence[Instance],
         light: Light | None = None,
         background: Sequence[float] = SKY,
+        smooth: bool = False,
         shaded: npt.ArrayLike | None = None,
     ) -> None:
         self.light = light or Light()
+        self._smooth = smooth
         self._background = np.array(background, dtype=np.float64)
         self._static = _Soup(instances)
         self._sun, self._shadow = self._cast_static(shaded)
@@ -144,6 +148,9 @@ class Renderer:
             soup, nearness, face = self._with(view, moving, nearness, face)
             shadow, changed = self._cast(soup)
             self._shade(view, soup, (nearness, face), shadow, changed, rgb)
+        if self._smooth:
+            sharp, rgb = rgb, np.empty_like(rgb)
+            smooth(face, sharp, rgb)
         return Picture(rgb, *_depth_and_ids(nearness, face, soup))
 
     def ids(self, view: View, moving: Sequence[Instance] = ()) -> tuple[npt.NDArray[np.float32], Faces]:

@@ -66,26 +66,6 @@ class Pinhole:
         place: FloatArray = self.middle + self.focal * across * _DOWN
         return place
 
-    def polygon(self, points: FloatArray) -> FloatArray:
-        """(V, 2) pixels of the part of a polygon (U, 3), metres, that is before the camera; perhaps none."""
-        return self.pixels(before_camera(self.frame(points)))
-
-    @property
-    def horizon(self) -> float:
-        """The row at which the plane vanishes."""
-        return float(self.middle[1] + self.focal * np.tan(np.clip(self.pitch, -1.5, 1.5)))
-
-    @property
-    def plane(self) -> FloatArray:
-        """(3, 3) matrix from a place (x, z, 1) on the plane, metres, to its pixel, homogeneous."""
-        ends = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])
-        x, z, origin = self.frame(ends)
-        axes = np.stack([x - origin, z - origin, origin], axis=1)
-        u, v = self.middle
-        lens = np.array([[self.focal, 0.0, u], [0.0, -self.focal, v], [0.0, 0.0, 1.0]])
-        matrix: FloatArray = lens @ axes
-        return matrix
-
 
 def before_camera(frame: FloatArray) -> FloatArray:
     """(V, 3) the part of a polygon (U, 3), in the camera's own axes, that is before the camera."""

@@ -45,9 +45,10 @@ class StaticLayer:
     def __init__(self, scene: Scene, size: tuple[int, int], scenery: list[Placed], atlas: Atlas) -> None:
         self.scene, self.size = scene, size
         self._scenery, self._atlas = scenery, atlas
-        self._room = _table(scene) if ground.is_farm(scene) else [_top(scene, 0.0)]
-        self._walls = [] if ground.is_farm(scene) else _walls(scene.size)
-        self._light = Light(shadows=_SHADOW_PX)
+        farm = ground.is_farm(scene)
+        self._light = Light(shadows=_SHADOW_PX) if farm else Light(sun=0.45, sky=0.66, ground=0.5)
+        self._room = _table(scene) if farm else [_top(scene, 0.0)]
+        self._walls = [] if farm else _walls(scene.size)
         (w, d), high = scene.size, 0.2 * scene.diagonal
         self._shaded = np.array([(0.0, 0.0, 0.0), (w, high, d)])
         self._feet = np.array([placed.position for placed in scenery]).reshape(-1, 2)
@@ -70,7 +71,7 @@ class StaticLayer:
             hand: the player's, if it is over the table.
 
         Returns:
-            (H, W) how far away what it shows is, metres, infinite for nothing; and which pixels show the hand.
+            (H, W) how far away what it shows is, metres, infinite for nothing; and which show the hand.
         """
         key = (*_bytes_of(camera), truth.position.tobytes(), truth.yaw.tobytes(), _hand_bytes(hand))
         if key != self._key:
@@ -100,14 +101,14 @@ class StaticLayer:
     def _renderer(
         self, view: Pinhole, truth: Layout, held: int | None, buildings: list[Instance]
     ) -> Renderer:
-        """Of all but the hand and what it holds: kept while nothing moves, and the same walls face the eye."""
+        """Of all but the hand and what it holds; kept while nothing moves and the same walls are seen."""
         standing = np.arange(len(truth)) != held
         walls = [wall for wall, foot, inwards in self._walls if (view.eye - foot) @ inwards > 0]
         poses = truth.position[standing].tobytes(), truth.yaw[standing].tobytes()
         key = (*poses, standing.tobytes(), str([id(wall) for wall in walls]).encode())
         if self._standing is None or self._standing[0] != key:
             things = [*self._room, *walls, *buildings]
-            self._standing = key, Renderer(things, self._light, ground.WALL, self._shaded)
+            self._standing = key, Renderer(things, self._light, ground.WALL, True, self._shaded)
         return self._standing[1]
 
     def _draw_scenery(self, view: Pinhole) -> None:
@@ -138,7 +139,7 @@ def _buildings(layout: Layout) -> list[Instance]:
 
 @lru_cache(maxsize=512)
 def _building(category: str, colour: Colour, width: float, height: float, depth: float) -> Mesh:
-    """A category's model, stretched to a size; a box with an arrow to its front on its lid, if it has none."""
+    """A category's model, stretched to a size; where there is none, a box with an arrow to its front."""
     if category in MODELS:
         return model(category).fitted(width, height, depth)
     w, d = width / 2, depth / 2
