@@ -14,8 +14,24 @@ CategoryCodes = Mapping[str | None, int]
 """From each category that a scene declares to its index, and from None to `UNKNOWN`."""
 
 
+class _NoneNamed(dict[str | None, int]):
+    """The codes of a scene that names no categories: that of every name is `UNKNOWN`."""
+
+    def __missing__(self, name: str | None) -> int:
+        return UNKNOWN
+
+    def get(self, name: str | None, default: object = None) -> int:
+        """`UNKNOWN`, whatever the name."""
+        return UNKNOWN
+
+
 def declared_codes(layout: Layout) -> CategoryCodes:
-    """The code of each category of a layout: its index in `layout.categories`."""
+    """The code of each category of a layout: its index in `layout.categories`.
+
+    Of a layout that names no categories, that of every name is `UNKNOWN`.
+    """
+    if not layout.names_categories:
+        return _NoneNamed()
     return {None: UNKNOWN} | {name: code for code, name in enumerate(layout.categories)}
 
 

@@ -53,6 +53,10 @@ def identify(
     if frame not in FRAMES:
         raise OptionError("frame", f"must be one of {', '.join(FRAMES)}", frame)
     rule = _rule(reid, scene)
+    if not scene.layout.names_categories:
+        seen = snapshot.detections
+        unnamed = Detections.trusted(**vars(seen) | {"category": (None,) * len(seen)})
+        snapshot = replace(snapshot, detections=unnamed)
     findings: tuple[Finding, ...] = ()
     sure, said = 1.0, list[str]()
     if frame == "unknown":

@@ -16,7 +16,7 @@ from farm_ar.scenes.json_files import (
     snapshot_from_dict,
     snapshot_to_dict,
 )
-from farm_ar.scenes.layout import Layout
+from farm_ar.scenes.layout import NO_CATEGORY, Layout
 from farm_ar.scenes.noise import Gaussian, LayoutNoise
 from farm_ar.scenes.observing import PERFECT, Detector, observe, observe_many, occluded, visible
 from farm_ar.scenes.scene import Scene, Site, Template, Weights
@@ -26,6 +26,7 @@ from farm_ar.scenes.worlds import UNITS, WORLD_FRAMES, World
 
 __all__ = [
     "BUILTIN",
+    "NO_CATEGORY",
     "PAPER_FIELD_OF_VIEW",
     "PERFECT",
     "UNITS",

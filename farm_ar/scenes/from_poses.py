@@ -8,8 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from farm_ar.scenes.bounds import Bounds
-from farm_ar.scenes.json_files import UNNAMED
-from farm_ar.scenes.layout import Layout
+from farm_ar.scenes.layout import NO_CATEGORY, Layout
 from farm_ar.scenes.scene import Scene
 from farm_ar.scenes.worlds import World
 
@@ -54,12 +53,14 @@ def from_poses(
     poses = world.read(position, yaw, quaternion, matrix)
     if bounds is not None and not isinstance(bounds, Bounds):
         bounds = Bounds(world.floor(bounds))
+    if category is None or isinstance(category, str):
+        category = (category or NO_CATEGORY,) * n
     sizes = np.full(3, np.nan) if size is None else world.lengths(size)
     return Scene(
         name,
         layout=Layout(
             tuple(labels),
-            (category or UNNAMED,) * n if category is None or isinstance(category, str) else tuple(category),
+            tuple(category),
             poses.position,
             poses.yaw,
             np.broadcast_to(sizes, (n, 3)) if sizes.ndim == 1 else sizes,

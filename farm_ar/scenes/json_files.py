@@ -15,15 +15,12 @@ from farm_ar.scenes.camera import PAPER_FIELD_OF_VIEW, Camera, CameraPath, Field
 from farm_ar.scenes.declarations import SCENE, SNAPSHOT, UP_AND_DOWN
 from farm_ar.scenes.documents import radians
 from farm_ar.scenes.files import degrees, read_json, write_text
-from farm_ar.scenes.layout import Layout
+from farm_ar.scenes.layout import NO_CATEGORY, Layout
 from farm_ar.scenes.reading import Reader, Values
 from farm_ar.scenes.scene import Scene, Site, Template, Weights
 from farm_ar.scenes.snapshot import Detections, Snapshot
 
 __all__ = ["SCENE", "SNAPSHOT"]
-
-UNNAMED = "object"
-"""The category of all objects of a scene that names none."""
 
 
 def load_scene(path: str | os.PathLike[str]) -> Scene:
@@ -81,7 +78,7 @@ def scene_from_dict(data: object, source: str | None = None, default_name: str =
             name=values["name"] or default_name,
             layout=Layout(
                 labels=tuple(one["label"] for one in objects),
-                category=tuple(one["category"] or UNNAMED for one in objects),
+                category=tuple(one["category"] or NO_CATEGORY for one in objects),
                 fixed=np.array([one["fixed"] for one in objects], dtype=bool),
                 position=poses.position,
                 yaw=poses.yaw,
@@ -189,6 +186,8 @@ def scene_to_dict(scene: Scene) -> dict[str, Any]:
             "size_whd": layout.size[i].tolist(),
         }
         _leave_out_unknown(entry)
+        if not layout.names_categories:
+            del entry["category"]
         objects.append(entry | ({"fixed": True} if layout.fixed[i] else {}))
     data: dict[str, Any] = {
         "name": scene.name,

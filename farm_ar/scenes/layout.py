@@ -23,6 +23,9 @@ from farm_ar.arrays import (
 from farm_ar.errors import SceneError
 from farm_ar.scenes.documents import is_text
 
+NO_CATEGORY = "no category"
+"""The category of all objects of a layout that names none: then detections of any category may be any."""
+
 
 def unknown(name: str, values: FloatArray) -> BoolArray:
     """Which values of N objects are rightly NaN: headings (..., N) and whole sizes (..., N, 3)."""
@@ -124,6 +127,11 @@ class Layout(Record):
     def categories(self) -> tuple[str, ...]:
         """The distinct categories, sorted."""
         return tuple(sorted(set(self.category)))
+
+    @property
+    def names_categories(self) -> bool:
+        """Whether it says what its objects look like."""
+        return self.categories != (NO_CATEGORY,)
 
     @cached_property
     def category_code(self) -> IntArray:

@@ -199,7 +199,8 @@ def what_is_wrong(arguments: list[str], result: Any) -> str:
         return f"exit code {result.exit_code}"
     if not all(line.isprintable() for line in (result.stdout + result.stderr).split("\n")):
         return f"it steers the terminal: {result.output!r}"
-    lines = [line for line in result.stderr.splitlines() if not PROGRESS.fullmatch(line)]
+    said = [line for line in result.stderr.splitlines() if not PROGRESS.fullmatch(line)]
+    lines = [line for line in said if not line.startswith("Warning: ")]
     if result.exit_code == 2 and not (len(lines) == 1 and ONE_LINE.fullmatch(lines[0])):
         return f"not one line: {result.stderr!r}"
     return "" if result.exit_code == 2 or not lines else f"an error beside success: {result.stderr!r}"

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farm_ar.reid import REIDENTIFIERS, SpatialReid, explain, track
+from farm_ar.reid import REIDENTIFIERS, SpatialReid, explain, identify, track
 from farm_ar.reid.costs import dimension_cost, rotation_cost
-from farm_ar.scenes import Camera, Detections, Layout, Scene, Snapshot, SnapshotBatch
+from farm_ar.scenes import NO_CATEGORY, Camera, Detections, Layout, Scene, Snapshot, SnapshotBatch
 
 METHODS = ["spatial", "distance", "nearest", "likelihood", "relational"]
 
@@ -125,3 +125,18 @@ def test_snapshots_fuse_what_one_of_them_knows():
     assert np.isfinite(fused.objects.yaw).all()
     assert np.isfinite(fused.objects.size).all()
     assert [found.labels for found in fused.identifications] == [snapshot.detections.ids] * 3
+
+
+@pytest.mark.parametrize("method", sorted(REIDENTIFIERS))
+def test_categories_of_detections_tell_nothing_where_the_scene_names_none(method):
+    scene, snapshot = world(5)
+    unnamed = replace(scene, layout=replace(scene.layout, category=(NO_CATEGORY,) * 5))
+    names = ("chair", "lamp", None, "chair", "sofa")
+    named = replace(snapshot, detections=replace(snapshot.detections, category=names))
+    wanted = REIDENTIFIERS[method](scene).identify(snapshot)
+    assert REIDENTIFIERS[method](unnamed).identify(named).labels == wanted.labels
+    many = REIDENTIFIERS[method](unnamed).identify_many(SnapshotBatch.stack([named]))
+    assert many.label[0].tolist() == [-1 if x is None else scene.layout.index(x) for x in wanted.labels]
+    found = identify(unnamed, named, method)
+    assert found.labels == wanted.labels
+    assert not any("the scene has no" in warning for warning in found.warnings)

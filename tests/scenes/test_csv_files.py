@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from farm_ar.errors import InputError, SceneError, SnapshotError
-from farm_ar.scenes import Camera, Layout, load_layout_csv, load_scene_csv, load_snapshot_csv
+from farm_ar.scenes import NO_CATEGORY, Camera, Layout, load_layout_csv, load_scene_csv, load_snapshot_csv
 
 HEADER = "id,category,x,z,yaw_deg,w,h,d"
 TABLE = f"{HEADER}\nchair 1,chair,1,2.5,90,0.4,1,0.5\ntable,table,-1,0,-400,1.2,0.7,0.8\n"
@@ -229,7 +229,7 @@ def test_a_table_that_is_not_there_is_refused_by_its_whole_path(tmp_path, load, 
 def test_what_a_table_leaves_out_is_not_known(table):
     layout = load_layout_csv(table("id,x,z\na,1,2\nb,-3,4\n"))
     assert layout.position.tolist() == [[1, 2], [-3, 4]]
-    assert layout.category == ("object", "object")
+    assert layout.category == (NO_CATEGORY, NO_CATEGORY)
     assert np.isnan(layout.yaw).all()
     assert np.isnan(layout.size).all()
     assert load_scene_csv(table("id,x,z\na,1,2\n")).bounds is None

@@ -299,6 +299,8 @@ def test_what_a_file_leaves_out_is_not_known_and_written_back_so():
     again = scene_from_dict(json.loads(json.dumps(scene_to_dict(scene))))
     assert np.isnan(again.layout.size).all()
     assert again.bounds is None
+    assert "category" not in scene_to_dict(scene)["objects"][0]
+    assert not again.layout.names_categories
     snapshot = snapshot_from_dict(snapshot_with(x=1, z=2, track_id="7") | {"timestamp": 12.5})
     back = snapshot_to_dict(snapshot)
     assert back["timestamp"] == 12.5
