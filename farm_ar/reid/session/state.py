@@ -111,6 +111,7 @@ class State(Record):
         look: the last snapshot; None before the first.
         seen: where labels were confirmed to be since the last commit, as rows (x, z, yaw, y).
         viewed: labels whose places were in view in confirmed snapshots since then.
+        confirmed: whether there was any such snapshot.
         lost: labels whose objects were not where they had been, and have not been found.
         learnt: how untidy the place is; None where nothing was learnt.
     """
@@ -120,6 +121,7 @@ class State(Record):
     look: Look | None = None
     seen: Mapping[str, tuple[float, float, float, float]] = field(default_factory=dict)
     viewed: frozenset[str] = frozenset()
+    confirmed: bool = False
     lost: tuple[str, ...] = ()
     learnt: Disorder | None = None
 
@@ -251,6 +253,7 @@ def _confirmed(state: State, look: Look, event: Confirmed) -> State:
         look=Look(look.snapshot, event.labels, tracks, confirmed=True),
         seen=seen,
         viewed=state.viewed | viewed,
+        confirmed=True,
         lost=tuple(label for label in state.lost if label not in seen),
         learnt=event.learnt or state.learnt,
     )
@@ -273,7 +276,7 @@ def _enrolled(layout: Layout, snapshot: Snapshot, labels: tuple[str | None, ...]
 
 
 def _committed(state: State) -> State:
-    if not state.seen and not state.viewed:
+    if not state.confirmed:
         raise SessionError("session", "must have confirmed a snapshot since the last commit", "none")
     layout = state.scene.layout
     position, yaw, elevation = layout.position.copy(), layout.yaw.copy(), layout.elevation.copy()
@@ -285,4 +288,5 @@ def _committed(state: State) -> State:
     missing = state.viewed - set(state.seen)
     lost = tuple(label for label in layout.labels if label in missing or label in state.lost)
     layout = replace(layout, position=position, yaw=yaw, elevation=elevation)
-    return replace(state, scene=state.scene.knowing(layout), seen={}, viewed=frozenset(), lost=lost)
+    scene = state.scene.knowing(layout)
+    return replace(state, scene=scene, seen={}, viewed=frozenset(), confirmed=False, lost=lost)

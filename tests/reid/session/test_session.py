@@ -253,6 +253,9 @@ def test_one_object_no_objects_in_view_and_far_coordinates():
     session = Session(scene(PLACE[:1] + 1e6 - 5, YAW[:1], ("chair",)))
     session.identify(seen(np.zeros((0, 2)), np.zeros(0), ()))
     session.confirm()
+    session.commit()
+    with pytest.raises(SessionError, match="since the last commit"):
+        session.commit()
     session.identify(seen(PLACE[:1] + 1e6 - 5, YAW[:1], ("chair",)))
     session.confirm(("o0",))
     session.commit()
