@@ -23,11 +23,11 @@ PLACES_ON_PATH = 200
 
 
 def scene_of(scene: str | Scene, game: bool) -> Scene:
-    """A scene from itself, the name of a built-in one, or a scene file.
+    """A scene from itself, the name of a built-in one, or a scene file, moved into the frame of its room.
 
     Raises:
         OptionError: it is none of these, or has nothing to move, or no fixed object for the game's shed.
-        SceneError: the file cannot be used.
+        SceneError: the file cannot be used, the bounds are no rectangle, or a heading or a size is not known.
     """
     if isinstance(scene, str):
         found = load_scene(Path(scene)) if scene.endswith(".json") else _builtin(scene)
@@ -35,6 +35,7 @@ def scene_of(scene: str | Scene, game: bool) -> Scene:
         found = scene
     else:
         raise OptionError("scene", "must be a Scene, the name of a built-in one, or a .json file", scene)
+    found = found.in_room()
     if not found.layout.movable.any():
         raise OptionError("scene", "must hold something that can be moved", found.name)
     if game and not found.layout.fixed.any():

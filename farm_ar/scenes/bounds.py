@@ -4,16 +4,29 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from farm_ar.arrays import ANGLE, POSITION, SIDE, BoolArray, FloatArray, Record, first_wrong, read_only
 from farm_ar.errors import SceneError
-from farm_ar.geometry import crossing_sides, diameter, direction, in_polygon, polygon_area
+from farm_ar.geometry import crossing_sides, diameter, direction, heading, in_polygon, polygon_area
 
 MOST_CORNERS = 1000
 """Corners that bounds may have."""
+
+
+_SQUARE = 1e-6
+
+
+class Rectangle(NamedTuple):
+    """A rectangle: its corner behind on the left (x, z), heading in radians, width and depth in metres."""
+
+    corner: FloatArray
+    yaw: float
+    width: float
+    depth: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,6 +111,24 @@ class Bounds(Record):
         place = {(0.0, 0.0), (width, 0.0), (width, depth), (0.0, depth)}
         right = len(self.corners) == 4 and set(map(tuple, self.corners.tolist())) == place
         return (width, depth) if right else None
+
+    @cached_property
+    def as_rectangle(self) -> Rectangle | None:
+        """The rectangle that the bounds are; None where they are none.
+
+        Its heading is along one of its sides, the first of those that go on from the first corner.
+        """
+        corners = self.corners if polygon_area(self.corners) > 0 else self.corners[::-1]
+        if len(corners) != 4:
+            return None
+        across, along = corners[1] - corners[0], corners[3] - corners[0]
+        width, depth = np.hypot(*across), np.hypot(*along)
+        off = max(
+            abs(across @ along) / (width * depth), np.abs(corners[2] - corners[1] - along).max() / depth
+        )
+        if off > _SQUARE:
+            return None
+        return Rectangle(corners[0], float(heading(along)), float(width), float(depth))
 
     def contains(self, points: npt.ArrayLike) -> BoolArray:
         """(...) whether points (..., 2), metres, lie within the bounds or on their edge."""

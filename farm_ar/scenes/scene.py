@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from types import MappingProxyType
 
 import numpy as np
+import numpy.typing as npt
 
 from farm_ar.arrays import ANGLE, POSITION, SIDE, SPEED, WEIGHT, FloatArray, IntArray, Record, read_only
 from farm_ar.errors import SceneError
 from farm_ar.geometry import diameter, nearest_site
-from farm_ar.scenes.bounds import Bounds
+from farm_ar.scenes.bounds import Bounds, turned
 from farm_ar.scenes.camera import PAPER_FIELD_OF_VIEW, CameraPath, FieldOfView
 from farm_ar.scenes.documents import is_text
 from farm_ar.scenes.layout import Layout
@@ -188,6 +189,51 @@ class Scene(Record):
             values.pop("diagonal", None)
         return self.trusted(**values)
 
+    def moved(self, shift: npt.ArrayLike = (0.0, 0.0), turn: float = 0.0) -> Scene:
+        """The same place in another frame: turned clockwise about the origin, then shifted.
+
+        Args:
+            shift: (x, z), metres.
+            turn: radians.
+        """
+
+        def there(points: FloatArray) -> FloatArray:
+            return turned(points, turn) + np.asarray(shift, dtype=np.float64)
+
+        path, layout = self.camera_path, self.layout
+        return replace(
+            self,
+            layout=layout.with_poses(there(layout.position), layout.yaw + turn),
+            sites=tuple(
+                Site(site.name, *place.tolist())
+                for site, place in zip(self.sites, there(self.site_positions), strict=True)
+            ),
+            camera_path=path and CameraPath(there(path.points), path.closed),
+            templates=tuple(Template(one.category, one.yaw + turn, one.size) for one in self.templates),
+            bounds=self.bounds and self.bounds.moved(shift, turn),
+        )
+
+    def in_room(self) -> Scene:
+        """The same place moved so that its bounds are a room [0, width] x [0, depth], with all poses known.
+
+        Physics, games and attacks are played there.
+
+        Raises:
+            SceneError: the bounds are no rectangle, or the heading or the size of an object is not known.
+        """
+        unknown = np.isnan(self.layout.yaw) | np.isnan(self.layout.size).any(axis=-1)
+        if unknown.any():
+            i = int(unknown.argmax())
+            raise SceneError(f"objects[{i}]", "must have a heading and a size here", self.layout.labels[i])
+        if self.room is not None:
+            return self
+        pose = None if self.bounds is None else self.bounds.as_rectangle
+        if pose is None:
+            expected = "must be a rectangle here, as size_m, or bounds with a size, give it"
+            raise SceneError("bounds", expected, self.bounds)
+        scene = self.moved(-turned(pose.corner, -pose.yaw), -pose.yaw)
+        return replace(scene, bounds=Bounds.rectangle(pose.width, pose.depth))
+
     def __reduce__(self) -> tuple[type, tuple[object, ...]]:
         values = [getattr(self, field.name) for field in fields(self)]
         values[8] = dict(self.symmetry)
@@ -214,7 +260,7 @@ class Scene(Record):
         """
         room = self.room
         if room is None:
-            expected = "must be a rectangle from [0, 0] along the axes here, as size_m gives it"
+            expected = "must be a rectangle from [0, 0] along the axes here, as size_m alone gives it"
             raise SceneError("bounds", expected, self.bounds)
         return room
 

@@ -2,6 +2,7 @@
 
 import inspect
 import pickle
+from dataclasses import replace
 from pathlib import Path
 
 import gymnasium as gym
@@ -11,7 +12,7 @@ import pytest
 from farm_ar.envs import FarmToTableEnv
 from farm_ar.errors import OptionError, SceneError
 from farm_ar.game_logic.perception import OraclePerception
-from farm_ar.scenes import Layout, Scene, builtin_scene
+from farm_ar.scenes import Bounds, Layout, Scene, builtin_scene
 
 ARGUMENTS = [
     ("scene", "barn", "cafeteria"),
@@ -282,3 +283,19 @@ def test_a_trace_needs_names_for_its_arguments(pair):
     env.reset(seed=0)
     with pytest.raises(OptionError, match="scene: must be a name for a trace, got 'Scene'"):
         env.trace()
+
+
+def test_a_rectangle_anywhere_is_played_in_the_frame_of_its_room():
+    scene = builtin_scene("L2")
+    away = FarmToTableEnv(scene=scene.moved((-1000.0, 50.0), 0.7), control="layout", game=False)
+    here = FarmToTableEnv(scene=scene, control="layout", game=False)
+    one, other = away.reset(seed=1)[0], here.reset(seed=1)[0]
+    for name, values in one.items():
+        np.testing.assert_allclose(values, other[name], atol=1e-5)
+
+
+@pytest.mark.parametrize("bounds", [None, Bounds([(0, 0), (8, 0), (0, 8)])])
+def test_other_bounds_are_refused_in_a_line(bounds):
+    scene = replace(builtin_scene("L2"), bounds=bounds)
+    with pytest.raises(SceneError, match="bounds: must be a rectangle here"):
+        FarmToTableEnv(scene=scene, control="layout", game=False)

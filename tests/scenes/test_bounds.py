@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from farm_ar.errors import SceneError
-from farm_ar.scenes import Bounds, Layout, Scene
+from farm_ar.scenes import Bounds, CameraPath, Layout, Scene, Site
 
 LAYOUT = Layout(("a", "b", "c"), ("chair",) * 3, [(1, 2), (4, 2), (1, -2)], [0, 1, 2], np.ones((3, 3)))
 NOTCHED = [(0, 0), (4, 0), (4, 3), (2, 3), (2, 1), (0, 1)]
@@ -114,3 +114,49 @@ def test_a_size_is_not_given_beside_other_bounds():
     assert replace(Scene("room", (4, 3), LAYOUT), size=(7, 7)).bounds.area == 49
     with pytest.raises(SceneError, match=r"size_m, bounds: must be one of the two"):
         Scene("room", (4, 3), LAYOUT, bounds=Bounds(NOTCHED))
+
+
+@given(SIDE, SIDE, st.floats(-7, 7), st.floats(-100, 100), st.booleans())
+def test_a_rectangle_anywhere_is_moved_into_the_frame_of_its_room(width, depth, yaw, x, reverse):
+    share = np.array([(0.1, 0.2), (0.9, 0.3), (0.5, 0.8)])  # of width and depth
+    right, ahead = np.array([np.cos(yaw), -np.sin(yaw)]), np.array([np.sin(yaw), np.cos(yaw)])
+
+    def there(places):
+        return (x, -x) + places[:, :1] * width * right + places[:, 1:] * depth * ahead
+
+    bounds = Bounds.rectangle(width, depth, (x, -x), yaw)
+    if reverse:
+        bounds = Bounds(
+            np.roll(bounds.corners[::-1], 1, axis=0)
+        )  # from the same corner, the other way around
+    layout = LAYOUT.with_poses(there(share), np.array([0, 1, 2]) + yaw)
+    path = CameraPath(there(np.array([(0.1 * k, 0.1) for k in range(1, 5)])))
+    site = Site("S", *there(share[:1])[0])
+    room = Scene("hall", None, layout, (site,), path, bounds=bounds).in_room()
+    sides = np.array(room.size)
+    assert sorted(sides) == pytest.approx(sorted((width, depth)))
+    flipped = reverse and sides[0] != pytest.approx(width)
+    assert not flipped or np.allclose(sides, (depth, width))
+    if sides == pytest.approx([width, depth]) and not reverse:
+        near = {"abs": 1e-9 * max(1, abs(x), width, depth)}
+        assert room.layout.position == pytest.approx(share * sides, **near)
+        assert np.sin(room.layout.yaw - [0, 1, 2]) == pytest.approx(np.zeros(3), abs=1e-9)
+        assert room.site_positions == pytest.approx(share[:1] * sides, **near)
+        assert room.camera_path.points[:, 1] == pytest.approx(np.full(4, 0.1 * depth), **near)
+    before = np.linalg.norm(layout.position[:, None] - layout.position, axis=-1)
+    after = np.linalg.norm(room.layout.position[:, None] - room.layout.position, axis=-1)
+    assert after == pytest.approx(before)
+    assert room.bounds.contains(room.layout.position).all()
+
+
+def test_a_room_stays_as_it_is_and_other_places_are_refused_in_a_line():
+    scene = Scene("room", (4, 3), LAYOUT)
+    assert scene.in_room() is scene
+    for bounds in (None, Bounds(NOTCHED), Bounds([(0, 0), (4, 0), (5, 3), (1, 3)])):
+        with pytest.raises(
+            SceneError, match=r"bounds: must be a rectangle here, as size_m, or bounds with a size"
+        ):
+            Scene("hall", None, LAYOUT, bounds=bounds).in_room()
+    blind = LAYOUT.with_poses(LAYOUT.position, [0, np.nan, 0])
+    with pytest.raises(SceneError, match=r"objects\[1\]: must have a heading and a size here, got 'b'"):
+        Scene("room", (4, 3), blind).in_room()
