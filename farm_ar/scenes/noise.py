@@ -49,15 +49,15 @@ class LayoutNoise:
     def disturb(
         self,
         layout: Layout,
-        room_size: tuple[float, float],
+        room_size: tuple[float, float] | None,
         rng: np.random.Generator,
         batch_shape: tuple[int, ...] = (),
     ) -> Layout:
-        """The layout after the noise; what is fixed stays, and nothing leaves the room [0, w] x [0, d].
+        """The layout after the noise; what is fixed stays, and nothing leaves a room [0, w] x [0, d].
 
         Args:
             layout: a single arrangement, or a batch that broadcasts with `batch_shape`.
-            room_size: width and depth of the room, metres.
+            room_size: width and depth of the room, metres; None for a place without walls.
             rng: where the randomness comes from.
             batch_shape: how many noisy layouts to draw.
 
@@ -67,6 +67,8 @@ class LayoutNoise:
         shape = (*np.broadcast_shapes(batch_shape, layout.batch_shape), len(layout))
         shift = rng.normal(self.translation.mean, self.translation.sd, (*shape, 2))
         turn = np.clip(rng.normal(self.rotation.mean, self.rotation.sd, shape), -2 * np.pi, 2 * np.pi)
-        moved: FloatArray = np.clip(layout.position + shift, 0.0, np.asarray(room_size))
+        moved: FloatArray = layout.position + shift
+        if room_size is not None:
+            moved = np.clip(moved, 0.0, np.asarray(room_size))
         position = np.where(layout.fixed[:, None], layout.position, moved)
         return layout.placed(position, np.where(layout.fixed, layout.yaw, layout.yaw + turn))

@@ -70,7 +70,7 @@ def snapshots_of(scene: Scene, rng: np.random.Generator) -> Iterator[tuple[str, 
     layout, camera = scene.layout, _camera(scene, rng)
     everywhere = replace(camera, fov=FieldOfView(np.pi, np.pi, 10 * scene.diagonal))
     metres = 0.05 * scene.diagonal
-    moved = LayoutNoise.of(translation_sd=metres, rotation_sd_deg=20).disturb(layout, scene.size, rng)
+    moved = LayoutNoise.of(translation_sd=metres, rotation_sd_deg=20).disturb(layout, scene.room, rng)
     noisy = Detector(
         position_sd=metres / 5, yaw_sd=0.1, size_sd=0.05, miss_rate=0.2, false_rate=1.0, unknown_rate=0.2
     )
@@ -84,11 +84,16 @@ def snapshots_of(scene: Scene, rng: np.random.Generator) -> Iterator[tuple[str, 
     yield "more detections than labels", Snapshot(camera, _some(full.detections, twice))
     unknown = replace(full.detections, category=(None,) * len(layout))
     yield "no category known", Snapshot(camera, unknown)
+    nothing = np.full(len(layout), np.nan)
+    blind = replace(full.detections, yaw=nothing, size=np.tile(nothing[:, None], 3))
+    yield "no heading or size known", Snapshot(camera, blind)
 
 
 def _camera(scene: Scene, rng: np.random.Generator) -> Camera:
-    """A camera that looks at the room's middle from somewhere around it."""
-    angle, middle = rng.uniform(-np.pi, np.pi), np.array(scene.size) / 2
+    """A camera that looks at the middle of the place from somewhere around it."""
+    points = scene.layout.position if scene.bounds is None else scene.bounds.corners
+    angle = rng.uniform(-np.pi, np.pi)
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2
     back = scene.diagonal / 2 * np.array([np.sin(angle), np.cos(angle)])
     return Camera(middle - back, np.asarray(angle), scene.fov)
 

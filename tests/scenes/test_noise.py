@@ -56,6 +56,11 @@ def test_nothing_leaves_the_room_and_what_would_stops_at_the_wall(rng):
     assert np.mean(left.position[:, 0, 0] == 0) == pytest.approx(0.159, abs=0.03)
 
 
+def test_a_place_without_walls_stops_nothing(rng):
+    left = LayoutNoise(translation=Gaussian(-50, 1)).disturb(LAYOUT, None, rng)
+    assert (left.position[LAYOUT.movable] < -40).all()
+
+
 def test_what_is_added_to_a_heading_is_kept_within_a_full_turn_either_way(rng):
     left = LayoutNoise(rotation=Gaussian(0, 20)).disturb(LAYOUT, ROOM, rng, (2000,))
     turn = (left.yaw - LAYOUT.yaw)[:, :2]

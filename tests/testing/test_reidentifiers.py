@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from farm_ar.reid import REIDENTIFIERS, Identification, SpatialOptions, SpatialReid
-from farm_ar.scenes import builtin_scene
+from farm_ar.scenes import Bounds, builtin_scene
 from farm_ar.testing import check_reidentifier
 from farm_ar.testing.reidentifiers import snapshots_of
 
@@ -19,11 +19,32 @@ def test_every_rule_of_the_package_passes(name):
     check_reidentifier(REIDENTIFIERS[name], allow_repeats=name in REPEATS)
 
 
+@pytest.mark.parametrize("name", sorted(REIDENTIFIERS))
+@pytest.mark.parametrize("bounds", [None, Bounds.rectangle(9, 9, (-1000, 500), 0.4)])
+def test_every_method_of_the_package_passes_where_the_world_is_another(name, bounds):
+    scene = builtin_scene("L2").moved((-1000.0, 500.0), 0.4)
+    layout = scene.layout
+    yaw, size = np.array(layout.yaw), np.array(layout.size)
+    yaw[::2], size[::3] = np.nan, np.nan
+    elsewhere = replace(scene, layout=replace(layout, yaw=yaw, size=size), bounds=bounds)
+    check_reidentifier(REIDENTIFIERS[name], [elsewhere], allow_repeats=name in REPEATS)
+
+
 @pytest.mark.parametrize("threshold", [0.5, 1.0])
 def test_the_papers_rule_passes_on_every_scene(threshold):
     options = SpatialOptions(threshold=threshold)
     scenes = ["H1", "L2", builtin_scene("classroom")]
     check_reidentifier(lambda scene: SpatialReid(scene, options), scenes)
+
+
+def test_a_method_that_takes_an_unknown_heading_for_a_number_is_noticed():
+    class Hopeful(SpatialReid):
+        def identify(self, snapshot):
+            found = super().identify(snapshot)
+            return replace(found, cost=found.cost + snapshot.detections.yaw)
+
+    with pytest.raises(AssertionError, match="no heading or size known"):
+        check_reidentifier(Hopeful, ["L2"])
 
 
 def changed(change):
