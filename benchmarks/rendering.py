@@ -23,10 +23,13 @@ import gymnasium as gym
 import numpy as np
 
 import farm_ar  # noqa: F401  # registers the environments
+from farm_ar.arrays import FloatArray
 from farm_ar.drawing.game.above import TableFromAbove
 from farm_ar.drawing.game.frames import GameFrames
 from farm_ar.game_logic.headset import field_of_view, look_at
 from farm_ar.game_logic.render_state import RenderState
+from farm_ar.rendering import HOLOLENS_2, Instance, Intrinsics, Renderer, View, model
+from farm_ar.rendering.shapes import box, mesh_of
 from farm_ar.scenes import Scene
 from farm_ar.scenes.builtin import builtin_scene
 from farm_ar.scenes.builtin.furniture import Model, Piece, furnish
@@ -158,6 +161,64 @@ def environments() -> dict[str, Case]:
     return cases
 
 
+def renderer() -> dict[str, Case]:
+    """The renderer's pictures of the farm from a head that moves, and the same by a z-buffer in NumPy."""
+    farm = builtin_scene("farm")
+    layout = farm.layout
+    things = [
+        Instance(
+            model(layout.category[i]).fitted(*layout.size[i]),
+            np.insert(layout.position[i], 1, 0.0),
+            float(layout.yaw[i]),
+            i,
+        )
+        for i in range(len(layout))
+    ]
+    low, high = np.array([-0.02, -0.03, -0.02]), np.array([farm.size[0] + 0.02, 0.0, farm.size[1] + 0.02])
+    things.append(Instance(mesh_of(box(low, high, (120, 160, 90))), np.zeros(3), number=len(things)))
+    drawer, corners = Renderer(things), np.concatenate([one.corners for one in things])
+    small = HOLOLENS_2.resized(84, 84)
+
+    def views(lens: Intrinsics) -> Iterator[View]:
+        for k in cycle(range(1 << 20)):
+            yield View(lens, np.array([0.6 + 1e-6 * k, 0.45, -0.32]), 0.0, -0.5)
+
+    def of_views(draw: Callable[[View], Any], lens: Intrinsics) -> Case:
+        for view in views(lens):
+            yield lambda view=view: draw(view)  # type: ignore[misc]
+
+    return {
+        f"{len(corners)} faces, 640x360, depth and ids": of_views(drawer.ids, HOLOLENS_2),
+        "with colours and shadows": of_views(drawer.draw, HOLOLENS_2),
+        "84x84 with colours and shadows": of_views(drawer.draw, small),
+        "640x360, depth and ids by NumPy": of_views(lambda view: numpy_z_buffer(corners, view), HOLOLENS_2),
+    }
+
+
+def numpy_z_buffer(corners: FloatArray, view: View) -> tuple[FloatArray, FloatArray]:
+    """(H, W) nearness and face of triangles (F, 3, 3) that are all before the camera, by NumPy."""
+    lens = view.intrinsics
+    places, away = view.pixels(corners), view.axes(corners)[..., 2]
+    nearness, face = np.zeros((lens.height, lens.width)), np.full((lens.height, lens.width), -1.0)
+    limit = np.array([lens.width - 1, lens.height - 1])
+    first = np.clip(np.ceil(places.min(axis=1)), 0, limit).astype(int)
+    last = np.clip(np.floor(places.max(axis=1)), -1, limit).astype(int)
+    for k in np.flatnonzero((last >= first).all(axis=1) & (away > 0).all(axis=1)):
+        (left, top), (right, bottom) = first[k], last[k] + 1
+        (ax, ay), (bx, by), (cx, cy) = places[k]
+        area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
+        if area == 0:
+            continue
+        x, y = np.arange(left, right)[None] - ax, np.arange(top, bottom)[:, None] - ay
+        second = (x * (cy - ay) - y * (cx - ax)) / area
+        third = (y * (bx - ax) - x * (by - ay)) / area
+        near = (1 - second - third) / away[k, 0] + second / away[k, 1] + third / away[k, 2]
+        window = np.s_[top:bottom, left:right]
+        inside = (second >= 0) & (third >= 0) & (second + third <= 1) & (near > nearness[window])
+        nearness[window][inside], face[window][inside] = near[inside], k
+    return nearness, face
+
+
 def _masked(env: gym.Env[Any, Any], number: int) -> Any:
     rng = np.random.default_rng(number)
     space: Any = env.action_space
@@ -232,6 +293,7 @@ pictures are 600x400; those of the environments here, the table from above besid
     print(page)
     for title, cases in (
         ("`env.render()`, and the farm with 40 animals", environments()),
+        ("the renderer alone, a new view each time", renderer()),
         ("both panes, camera at rest, by animals on the table", growing),
         ("both panes, camera at rest, 40 animals, by buildings", crowded),
     ):

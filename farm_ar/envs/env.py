@@ -97,7 +97,8 @@ class FarmToTableEnv(gym.Env[Any, Any]):
     categories kept apart, whatever `reid` is. The margin of a detection is the rise of the total cost if it had to have
     another label.
 
-    `observation="pixels"` is the table from above, `Box(0, 255, (96, W, 3), uint8)`.
+    `observation="pixels"` is the table from above, `Box(0, 255, (96, W, 3), uint8)`; `"headset"` is what the
+    headset's camera sees, `Box(0, 255, (84, 84, 3), uint8)`: buildings, shed, table and hand, without labels.
 
     ## Rewards
 
@@ -161,7 +162,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
     |---|---|---|
     | `scene` | `"farm"` | a built-in scene's name, a `.json` file, or a `Scene` |
     | `control`, `action` | by id | see Action Space |
-    | `observation` | `"state"` | or `"pixels"` |
+    | `observation` | `"state"` | or `"pixels"`, `"headset"` |
     | `knowledge` | `"white-box"` | or `"black-box"`: the policy sees the table, not the headset's belief state |
     | `reward`, `sign`, `effort_weight` | `"identity"`, 1, .25 | see Rewards |
     | `reid` | `"spatial"` | `likelihood`, `relational`, `nearest`, `distance`, `squared-distance`, `last-known`, or a function from a `Scene` to a `Reidentifier` |

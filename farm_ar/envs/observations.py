@@ -141,8 +141,29 @@ class PixelObservation:
         return self._picture.draw_pixel_observation(world.render_state(), self._white_box)
 
 
+class HeadsetObservation:
+    """What the headset's camera sees, (H, W, 3) bytes: what is real, and nothing of what the game believes.
+
+    Args:
+        scene: the table.
+    """
+
+    SIDE = 84
+
+    def __init__(self, scene: Scene) -> None:
+        from farm_ar.drawing.game.real_things import CameraPicture
+
+        self._picture = CameraPicture(scene, (self.SIDE, self.SIDE))
+        self.space: spaces.Space[Any] = spaces.Box(0, 255, (self.SIDE, self.SIDE, 3), np.uint8)
+
+    def observe(self, features: Features, left: Left, world: World) -> Any:
+        """The picture of now; the other arguments are not looked at."""
+        return self._picture.draw(world.render_state())
+
+
 OBSERVATIONS: dict[str, Callable[[Scene, EnvConfig], Observation]] = {
     "state": lambda scene, config: StateObservation(scene.layout, config.white_box, config.control == "hand"),
     "pixels": lambda scene, config: PixelObservation(scene, config.white_box),
+    "headset": lambda scene, config: HeadsetObservation(scene),
 }
 """The observations by name."""

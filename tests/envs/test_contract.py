@@ -62,6 +62,8 @@ VARIANTS = [
     (MOVE, {"observation": "pixels"}),
     (MOVE, {"observation": "pixels", "knowledge": "black-box"}),
     (SCENE, {"observation": "pixels"}),
+    (MOVE, {"observation": "headset"}),
+    (SCENE, {"observation": "headset", "knowledge": "black-box"}),
     (MOVE, {"render_mode": "rgb_array"}),
     (SCENE, {"scene": "H1"}),
     (SCENE, {"scene": "M2", "jitter": "hard"}),

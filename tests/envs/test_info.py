@@ -19,6 +19,7 @@ ENVIRONMENTS = [
     (MOVE, {"reward": "endpoint", "sign": -1, "moves": 2}),
     (HAND, {"reward": "margin", "hand_seconds": 0.5}),
     (HAND, {"observation": "pixels", "hand_seconds": 0.5}),
+    (HAND, {"observation": "headset", "hand_seconds": 0.5}),
     (LAYOUT, {"visits": 2}),
     (SCENE, {"reward": "clutter"}),
 ]

@@ -201,6 +201,20 @@ def test_pixels_of_a_black_box_do_not_depend_on_what_is_believed():
     assert (before != after).any()
 
 
+def test_the_headset_s_picture_shows_what_moves_in_view_and_nothing_that_is_believed():
+    env = FarmToTableEnv(observation="headset", play_seconds=0.0, visits=2)
+    first, _ = env.reset(seed=0)
+    assert first.shape == (84, 84, 3)
+    assert first.std() > 10
+    belief, seen = env.world.tracker.belief, env.world.truth
+    four = Detections(seen.category[:4], seen.position[:4], seen.yaw[:4], seen.size[:4])
+    belief.read([seen.labels[i] for i in (1, 0, 3, 2)], four, [0, 1, 2, 3])
+    np.testing.assert_array_equal(env.observe(), first)
+    which = int(np.flatnonzero(env.action_masks()[:10])[0])
+    second, *_ = env.step(np.array([which, 0, 3, 3]))
+    assert (first != second).any(axis=2).sum() > 20
+
+
 def test_the_last_observation_has_what_is_believed_after_the_last_snapshot():
     env, before, order = moved_env()
     assert np.abs(before["difference"]).max() > 0.05

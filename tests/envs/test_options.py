@@ -21,7 +21,7 @@ ARGUMENTS = [
     ("control", "feet", "hand, layout, move"),
     ("action", "offsets", "continuous, displacement, slot"),
     ("action", "", "continuous, displacement, slot"),
-    ("observation", "sound", "pixels, state"),
+    ("observation", "sound", "headset, pixels, state"),
     ("knowledge", "grey-box", "black-box, white-box"),
     ("reward", "fame", "endpoint, identity, margin, miscount"),
     ("reid", "magic", "distance, last-known, likelihood, nearest"),

@@ -14,8 +14,8 @@ from farm_ar.drawing.game.overlays import freeze, ice_block
 from farm_ar.drawing.game.perspective import upright_places, upright_scale
 from farm_ar.drawing.game.pinhole import Pinhole
 from farm_ar.drawing.game.pixels import Distances
+from farm_ar.drawing.game.real_things import RealThings, upright_number
 from farm_ar.drawing.game.scenery import Scenery
-from farm_ar.drawing.game.static_layer import StaticLayer, upright_number
 from farm_ar.game_logic.render_state import RenderState
 from farm_ar.scenes import Camera, Scene
 
@@ -54,7 +54,7 @@ class HeadsetView:
         self._scenery = scenery or Scenery(scene)
         self._labels = FloatingLabels(self._colours, self._header)
         self._atlas = Atlas(upright_scale)
-        self._static = StaticLayer(scene, size, self._scenery.static, self._atlas)
+        self._static = RealThings(scene, size, self._scenery.static, self._atlas)
         self._bunny = np.array([category == "hutch" for category in scene.layout.category])
         self._animals = np.array([self._facing_both_ways(i) for i in range(len(self._colours))], np.int64)
         self._ice = self._atlas.number(_ICE)

@@ -10,18 +10,18 @@ from farm_ar.arrays import BoolArray, FloatArray
 from farm_ar.drawing.game import ground
 from farm_ar.drawing.game.atlas import Atlas
 from farm_ar.drawing.game.colours import Colour, Image, category_colour, darker, lighter
-from farm_ar.drawing.game.perspective import upright_places
+from farm_ar.drawing.game.perspective import upright_places, upright_scale
 from farm_ar.drawing.game.pinhole import Pinhole
 from farm_ar.drawing.game.pixels import Distances
 from farm_ar.drawing.game.player import hand_in_space
 from farm_ar.drawing.game.scenery import Placed
 from farm_ar.game_logic.physics.gripper import HandState
+from farm_ar.game_logic.render_state import RenderState
 from farm_ar.rendering import MODELS, Instance, Intrinsics, Light, Mesh, Renderer, View, model
 from farm_ar.rendering.shapes import box, mesh_of, pane
 from farm_ar.scenes import Camera, Layout, Scene
 
 _TEXTURE_PX = 640
-_SHADOW_PX = 640
 _BOARD_M, _RIM_M, _TABLE_HEIGHT_M, _WALL_M, _SKIRTING_M = 0.03, 0.016, 0.74, 2.6, 0.08
 _FLOOR_M = 6.0
 """How far the floor reaches around a table."""
@@ -30,7 +30,7 @@ _HAND = 1
 """Number of the hand in pictures; all else is 0."""
 
 
-class StaticLayer:
+class RealThings:
     """Draws what is real with the distance of each pixel, and keeps the last picture.
 
     While neither the head nor anything real moves, a picture is a copy of the one before.
@@ -40,13 +40,23 @@ class StaticLayer:
         size: width and height of the pictures, pixels.
         scenery: what stands around the buildings.
         atlas: of upright drawings.
+        shadow_pixels: of the shadow map, each way.
     """
 
-    def __init__(self, scene: Scene, size: tuple[int, int], scenery: list[Placed], atlas: Atlas) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        size: tuple[int, int],
+        scenery: list[Placed],
+        atlas: Atlas,
+        shadow_pixels: int = 640,
+    ) -> None:
         self.scene, self.size = scene, size
         self._scenery, self._atlas = scenery, atlas
         farm = ground.is_farm(scene)
-        self._light = Light(shadows=_SHADOW_PX) if farm else Light(sun=0.45, sky=0.66, ground=0.5)
+        self._light = Light(shadows=shadow_pixels)
+        if not farm:
+            self._light = Light(sun=0.45, sky=0.66, ground=0.5, shadows=shadow_pixels)
         self._room = _table(scene) if farm else [_top(scene, 0.0)]
         self._walls = [] if farm else _walls(scene.size)
         (w, d), high = scene.size, 0.2 * scene.diagonal
@@ -117,6 +127,27 @@ class StaticLayer:
         self._atlas.paste_in_space(
             self._image, self._away, art[near], place[near], size[near], distance[near], True
         )
+
+
+class CameraPicture:
+    """Draws states of a game as the headset's camera takes them: nothing virtual, no scenery.
+
+    Args:
+        scene: the table.
+        size: width and height of the pictures, pixels; the view's left and right are those of the picture.
+    """
+
+    def __init__(self, scene: Scene, size: tuple[int, int]) -> None:
+        self._size = size
+        self._things = RealThings(scene, size, [], Atlas(upright_scale), shadow_pixels=256)
+
+    def draw(self, state: RenderState) -> Image:
+        """The picture of a state, (H, W, 3) red, green, blue."""
+        width, height = self._size
+        image = np.empty((height, width, 3), np.uint8)
+        view = Pinhole.of(state.camera, width, height)
+        self._things.draw(image, state.camera, view, state.truth, state.hand)
+        return image
 
 
 def upright_number(atlas: Atlas, placed: Placed, view: Pinhole) -> int:
