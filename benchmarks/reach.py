@@ -145,14 +145,15 @@ def print_criteria(
                 and np.isfinite(answers[other, row].scored.brier).all()
             ):
                 more = paired_difference(mine.brier, answers[other, row].scored.brier, mine, rng)
-                worst = more if not worst.low >= more.low else worst
+                if not np.isnan(more.low) and not worst.low >= more.low:
+                    worst = more
         gain = one.difference
         all_seen = ROWS[row].all_in_view
         cells = [
             (f"{gain.value:+.3f} ({gain.low:+.3f} to {gain.high:+.3f})", gain.low > LEAST_GAIN),
             (f"{one.calibration_error:.3f}", one.calibration_error <= MOST_ERROR),
             (f"{one.coverage_right:.3f}", one.coverage_right >= SURE_RIGHT or one.coverage == 0),
-            (f"{one.coverage:.2f} / {sure.coverage:.2f}", not ratio < SURE_COVERAGE),
+            (f"{one.coverage:.2f} / {sure.coverage:.2f}", not ratio < SURE_COVERAGE or sure.coverage < 0.01),
             (f"{worst.value:+.3f} ({worst.low:+.3f} to {worst.high:+.3f})", not worst.low > 0),
             (f"{one.wrongly_none:.3f}", one.wrongly_none <= MOST_NONE or not all_seen),
         ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from farm_ar.benchmark.results import Results
 
-DEFAULT = "likelihood"
+DEFAULT = "adaptive"
 """The method that is measured where none is named."""
 
 
@@ -118,3 +118,72 @@ def _show(results: Results, out: Path, as_json: bool) -> None:
     for line in (*results.notes, *report.LEGEND):
         print_line(line)
     print_line(f"Wrote {', '.join(str(file) for file in files)}")
+
+
+def convert(
+    files: Annotated[
+        list[Path], typer.Argument(metavar="FILE ...", help="Tracks: MOT-challenge text, or tables.")
+    ],
+    gap: Annotated[
+        float,
+        typer.Option(metavar="N", parser=number(1e-6, 1e9), help="Frames between the two looks of a pair."),
+    ],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Where the snapshots go, with their truth.")],
+    form: Annotated[str, typer.Option(metavar="FORM", help="mot or table.")] = "table",
+    columns: Annotated[
+        str | None,
+        typer.Option(
+            metavar="WHAT=COLUMN,...",
+            help="Which columns are frame, id, x, z, heading and category: names, or numbers from 1.",
+        ),
+    ] = None,
+    heading: Annotated[
+        str,
+        typer.Option(
+            metavar="FROM", help="given: the column heading, if there is one; motion: from the frame before."
+        ),
+    ] = "given",
+    every: Annotated[
+        float | None,
+        typer.Option(
+            metavar="N",
+            parser=number(1e-6, 1e9),
+            help="Frames between two pairs, at least; the gap by default.",
+        ),
+    ] = None,
+    most: Annotated[
+        int, typer.Option(metavar="N", parser=whole(1), help="Pairs of each file, at the most.")
+    ] = 1000,
+) -> None:
+    """Make snapshots of tracks: who is seen in one frame is known, who is seen N frames later is to be named.
+
+    farm-ar benchmark --data DIR measures methods on them.
+    """
+    from farm_ar.benchmark.suite import Suite, write_folder
+    from farm_ar.benchmark.tracks import COLUMNS, name_of, pairs_of, read_tracks
+    from farm_ar.cli.options import make_folder, writing
+    from farm_ar.cli.output import print_line
+    from farm_ar.errors import OptionError, known_name
+
+    known_name("--form", form, ("mot", "table"))
+    known_name("--heading", heading, ("given", "motion"))
+    asked: dict[str, str] = {}
+    for part in columns.split(",") if columns else []:
+        what, equals, column = part.partition("=")
+        if not equals or what not in COLUMNS or what in asked:
+            raise OptionError("--columns", f"must be WHAT=COLUMN,... with WHAT of {', '.join(COLUMNS)}", part)
+        asked[what] = column
+    if asked and form == "mot":
+        raise OptionError("--columns", "must not be given with --form mot", columns)
+    names = [name_of(file) for file in files]
+    if len(set(names)) < len(names):
+        twice = next(name for name in names if names.count(name) > 1)
+        raise OptionError("FILE", "must have different names, or folders with different names", twice)
+    make_folder("--out", out)
+    way: Literal["given", "motion"] = "motion" if heading == "motion" else "given"
+    rows = [pairs_of(read_tracks(file, form, asked), gap, every or gap, most, way) for file in files]
+    suite = Suite(out.resolve().name or "tracks", tuple(rows))
+    with writing("--out", out):
+        count = write_folder(suite, out, truth=True)
+    seen = sum(len(example.truth) for row in rows for example in row.examples)
+    print_line(f"Wrote {count} snapshots with {seen} detections to {out}")

@@ -11,7 +11,7 @@ import typer
 from typer.core import TyperGroup
 
 from farm_ar import __version__
-from farm_ar.cli.benchmark import benchmark
+from farm_ar.cli.benchmark import benchmark, convert
 from farm_ar.cli.compiling import compile_kernels
 from farm_ar.cli.experiments import app as sweeps
 from farm_ar.cli.experiments import reproduce
@@ -89,6 +89,7 @@ app.add_typer(scenes, name="scenes")
 app.add_typer(sweeps, name="sweeps")
 app.command("compile")(compile_kernels)
 app.command()(saying("Loading the benchmark")(benchmark))
+app.command()(saying("Reading tracks")(convert))
 app.command()(saying("Loading the game")(demo))
 app.command()(saying("Searching for a layout")(design))
 app.command()(saying("Playing held-out episodes with each policy")(evaluate))
