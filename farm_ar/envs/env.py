@@ -344,7 +344,8 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         Raises:
             gymnasium.error.ResetNeeded: there has been no episode yet.
         """
-        self._require_reset()
+        if self._trace is None:
+            self._require_reset()
         return self._world
 
     def render(self) -> Any:

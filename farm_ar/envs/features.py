@@ -17,6 +17,7 @@ from farm_ar.kernels import compiled
 from farm_ar.reid.assignment import Rule, assess_objects, known_objects
 from farm_ar.reid.costs import sorted_log_sides
 from farm_ar.scenes import UNKNOWN, Camera, Layout, Scene
+from farm_ar.structs import Structs
 
 if TYPE_CHECKING:
     from farm_ar.envs.worlds import World
@@ -213,7 +214,7 @@ class Features:
         self.least_margin, self.ambiguity = read_table(
             world.places,
             Believed(believed.position, believed.yaw),
-            visibility.eye_of(camera),
+            visibility.eyes_of(camera),
             self._objects,
             self._room,
             self._found,
@@ -232,7 +233,7 @@ def within(value: float, low: float, high: float) -> float:
 def read_table(
     places: FloatArray,
     believed: Believed,
-    eye: Eye,
+    eyes: Structs[Eye],
     objects: Objects,
     room: Room,
     found: Found,
@@ -243,7 +244,7 @@ def read_table(
     Args:
         places: (M, 3 or more) where objects are: x, z, pymunk's angle.
         believed: where their labels are believed to be.
-        eye: the camera, as `visibility.eye_of` has it.
+        eyes: (1,) the camera, as `visibility.eyes_of` has it.
         objects: as they are met.
         room: what does not change.
         found: last time, with the same beliefs; brought up to date.
@@ -254,7 +255,7 @@ def read_table(
         `least_margin` and `ambiguity` of `Features`.
     """
     parts = parts_of(numbers, len(objects.number), room.kinds, objects.rivals.shape[1])
-    anew, pose = np.zeros(room.kinds, dtype=np.bool_), found.pose
+    anew, pose, eye = np.zeros(room.kinds, dtype=np.bool_), found.pose, eyes[0]
     parts.category[:] = 0.0
     for k in range(len(objects.number)):
         i, kind = objects.number[k], objects.kind[k]

@@ -99,8 +99,10 @@ class Reward:
 
     def __init__(self, name: str, sign: int, effort_weight: float) -> None:
         terms = REWARDS[name]
-        self._names = [f"reward/{term}" for term in terms]
-        self._terms = [(term.measure, sign * term.scale, term.foresight) for term in terms.values()]
+        self._terms = [
+            (f"reward/{name}", term.measure, sign * term.scale, term.foresight)
+            for name, term in terms.items()
+        ]
         self._foresees = any(term.foresight for term in terms.values())
         self._effort_weight = effort_weight
         self._before: list[float] = []
@@ -108,24 +110,22 @@ class Reward:
 
     def begin(self, env: FarmToTableEnv) -> None:
         """A step begins."""
-        self._before = self._foreseen = [measure(env) for measure, _, _ in self._terms]
+        self._before = self._foreseen = [measure(env) for _, measure, _, _ in self._terms]
 
     def foresee(self, env: FarmToTableEnv) -> None:
         """The step's action is carried out, and its snapshot, if it has one, is yet to be taken."""
         if self._foresees:
-            self._foreseen = [measure(env) if foresight else 0.0 for measure, _, foresight in self._terms]
+            self._foreseen = [measure(env) if foresight else 0.0 for _, measure, _, foresight in self._terms]
 
     def paid(self, env: FarmToTableEnv, effort: float) -> dict[str, float]:
         """The terms of a step that is over, by their names in `info`; the reward is their sum."""
         paid = {}
-        for name, (measure, scale, foresight), before, foreseen in zip(
-            self._names, self._terms, self._before, self._foreseen, strict=True
-        ):
-            now = foreseen if foresight else measure(env)
+        for k, (name, measure, scale, foresight) in enumerate(self._terms):
+            before, now = self._before[k], self._foreseen[k] if foresight else measure(env)
             paid[name] = scale * (now - before) if now != before else 0.0
         paid[EFFORT] = -self._effort_weight * effort if effort else 0.0
         return paid
 
     def nothing(self) -> dict[str, float]:
         """The terms before the first step."""
-        return dict.fromkeys([*self._names, EFFORT], 0.0)
+        return dict.fromkeys([*(name for name, *_ in self._terms), EFFORT], 0.0)

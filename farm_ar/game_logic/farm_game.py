@@ -25,7 +25,7 @@ from farm_ar.game_logic.render_state import RenderState
 from farm_ar.game_logic.visibility import eye_of
 from farm_ar.reid import ReidFactory, SpatialReid
 from farm_ar.scenes import Camera, Layout, Scene
-from farm_ar.structs import new_structs, words_of
+from farm_ar.structs import new_structs
 
 __all__ = ["HAND_AWAY_S", "TICK_S", "UNMOVED", "FarmGame", "Phase"]
 
@@ -132,7 +132,7 @@ class FarmGame:
     @property
     def places(self) -> FloatArray:
         """(N, 3 or more) true x and z, metres, and pymunk's angle, radians, of all objects."""
-        return words_of(self.tabletop.space.bodies)
+        return self.tabletop.space.places
 
     @property
     def changes(self) -> int:

@@ -11,7 +11,7 @@ from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.geometry.camera import Eye, bearing_to, sees
 from farm_ar.kernels import compiled
 from farm_ar.scenes import Camera, Layout
-from farm_ar.structs import new_structs
+from farm_ar.structs import Structs, new_structs
 
 ARM_HEIGHT_M = 0.06
 """Height of hand and forearm above the table."""
@@ -26,9 +26,10 @@ ARM_POINTS = 48
 
 
 @lru_cache(maxsize=16)
-def eye_of(camera: Camera) -> Eye:
-    """A camera for kernels; nobody may write to it."""
-    fov, eye = camera.fov, new_structs(Eye, 1)[0]
+def eyes_of(camera: Camera) -> Structs[Eye]:
+    """(1,) a camera for kernels; nobody may write to it."""
+    eyes = new_structs(Eye, 1)
+    fov, eye = camera.fov, eyes[0]
     eye.x, eye.z = camera.position
     yaw = float(camera.yaw)
     eye.yaw, eye.left, eye.right, eye.range_m = yaw, fov.left, fov.right, fov.range_m
@@ -40,7 +41,12 @@ def eye_of(camera: Camera) -> Eye:
     if fov.up is not None and fov.down is not None and camera.height is not None:
         eye.vertical, eye.up, eye.down = True, fov.up, fov.down
         eye.height, eye.pitch = float(camera.height), float(camera.pitch)
-    return eye
+    return eyes
+
+
+def eye_of(camera: Camera) -> Eye:
+    """The one of `eyes_of`."""
+    return eyes_of(camera)[0]
 
 
 def seen_by(camera: Camera, layout: Layout) -> tuple[BoolArray, IntArray]:
@@ -50,18 +56,20 @@ def seen_by(camera: Camera, layout: Layout) -> tuple[BoolArray, IntArray]:
         (N,) which objects are in view; and the numbers of these, from left to right.
     """
     seen, number = np.empty(len(layout), dtype=np.bool_), np.empty(len(layout), dtype=np.int64)
-    count = look_over(eye_of(camera), layout.position, layout.elevation, seen, number)
+    count = look_over(eyes_of(camera), layout.position, layout.elevation, seen, number)
     return seen, number[:count]
 
 
 @compiled
-def look_over(eye: Eye, place: FloatArray, height: FloatArray, seen: BoolArray, number: IntArray) -> int:
+def look_over(
+    eyes: Structs[Eye], place: FloatArray, height: FloatArray, seen: BoolArray, number: IntArray
+) -> int:
     """Look for points, (N, 2) and (N,) metres: fill in which are seen, and their numbers from left to right.
 
     Returns:
         How many are seen.
     """
-    count, angle = 0, np.empty(len(place))
+    eye, count, angle = eyes[0], 0, np.empty(len(place))
     for i in range(len(place)):
         seen[i] = sees(eye, place[i, 0], height[i], place[i, 1])
         if seen[i]:

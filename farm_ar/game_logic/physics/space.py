@@ -17,7 +17,7 @@ from farm_ar.game_logic.physics import chipmunk, gripper
 from farm_ar.game_logic.physics.state import Body, State
 from farm_ar.geometry import to_pymunk, wrap
 from farm_ar.scenes import Layout
-from farm_ar.structs import Structs, new_structs
+from farm_ar.structs import Structs, new_structs, words_of
 
 SKIN = 0.001
 """How far a building's solid surface stands out from its footprint, metres: what sinks in, sinks in here."""
@@ -61,11 +61,13 @@ class PhysicsSpace:
     Attributes:
         states: (1,) the state.
         bodies: (N,) the bodies.
+        places: (N, 3 or more) the same memory: x and z, metres, and Chipmunk's angle, radians.
     """
 
     def __init__(self, layout: Layout, extent: tuple[float, float]) -> None:
         n = len(layout)
         self.states, self.bodies = new_structs(State, 1), new_structs(Body, n)
+        self.places = words_of(self.bodies)
         position, angle = to_pymunk(layout.position, wrap(layout.yaw))
         bodies, state = self.bodies, self.states
         bodies["x"], bodies["z"], bodies["angle"] = position[:, 0], position[:, 1], angle

@@ -84,8 +84,9 @@ def is_clear(state: State, bodies: Structs[Body], metres: float, radians: float)
 
 
 @chipmunk.compiled
-def settle(state: State, bodies: Structs[Body], most: int) -> None:
-    """Let ticks pass, with the hand held where it is, until everything is at rest."""
+def settle(states: Structs[State], bodies: Structs[Body], most: int) -> None:
+    """Let ticks pass on the one table, with the hand held where it is, until everything is at rest."""
+    state = states[0]
     for _ in range(most):
         if state.still:
             return

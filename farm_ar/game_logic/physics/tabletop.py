@@ -112,8 +112,8 @@ class Tabletop:
         """Positions (N, 2) in metres and yaws (N,) in [-pi, pi) now, in the layout's order; read-only."""
         changes = self.space.states["changes"].item()
         if changes != self._read:
-            body = self._bodies[self._moving]
-            place, heading = from_pymunk(np.stack([body["x"], body["z"]], axis=-1), body["angle"])
+            now = self.space.places[self._moving]
+            place, heading = from_pymunk(now[:, :2], now[:, 2])
             position, yaw = self._poses[0].copy(), self._poses[1].copy()
             position[self._moving], yaw[self._moving] = place, wrap(heading)
             position.flags.writeable = yaw.flags.writeable = False
@@ -196,9 +196,9 @@ class Tabletop:
         """
         start = self.ticks
         if record is None:
-            stepping.settle(self._state, self._bodies, max_ticks)
+            stepping.settle(self.space.states, self._bodies, max_ticks)
         while record is not None and not self.still and self.ticks - start < max_ticks:
-            stepping.settle(self._state, self._bodies, 1)
+            stepping.settle(self.space.states, self._bodies, 1)
             record(self)
         return self.ticks - start
 
@@ -228,13 +228,13 @@ class Tabletop:
             return
         way, limits = new_structs(Trajectory, 1), new_structs(Limits, 1)
         x, z = float(position[0]), float(position[1])
-        seconds = trajectory.plan(self._state, way[0], x, z, float(turn), float(speed))
+        seconds = trajectory.plan(self.space.states, way, x, z, float(turn), float(speed))
         if not seconds <= trajectory.LONGEST_S:
             raise OptionError("position", f"must be reached within {trajectory.LONGEST_S:g} s", (x, z))
         (most or MotionLimit()).begin(limits, self.moved)
         ticks = _LONG if record is None else 1
         while not way["done"].item():
-            trajectory.follow(self._state, self._bodies, way[0], limits[0], ticks)
+            trajectory.follow(self.space.states, self._bodies, way, limits, ticks)
             if record is not None:
                 record(self)
 

@@ -47,12 +47,14 @@ class Trajectory(Struct):
 
 
 @chipmunk.compiled
-def plan(state: State, trajectory: Trajectory, x: float, z: float, turn: float, speed: float) -> float:
+def plan(
+    states: Structs[State], trajectories: Structs[Trajectory], x: float, z: float, turn: float, speed: float
+) -> float:
     """Fill in a trajectory of the hand from where it is.
 
     Args:
-        state: of the table.
-        trajectory: filled in.
+        states: (1,) of the table.
+        trajectories: (1,) filled in.
         x: where to, metres.
         z: likewise.
         turn: clockwise, radians.
@@ -61,6 +63,7 @@ def plan(state: State, trajectory: Trajectory, x: float, z: float, turn: float, 
     Returns:
         About how many seconds it takes; it is not planned if that is more than `LONGEST_S`.
     """
+    state, trajectory = states[0], trajectories[0]
     start, goal, before = trajectory.start, trajectory.goal, trajectory.before
     start.x, start.z, start.angle = gripper.hand_pose(state)
     goal.x, goal.z, goal.angle = x, z, start.angle - turn
@@ -89,15 +92,22 @@ def pose_at(trajectory: Trajectory, time: float) -> tuple[float, float, float]:
 
 
 @chipmunk.compiled
-def follow(state: State, bodies: Structs[Body], trajectory: Trajectory, limits: Limits, ticks: int) -> None:
-    """Go on along a planned trajectory for so many ticks, or until it is done."""
+def follow(
+    states: Structs[State],
+    bodies: Structs[Body],
+    trajectories: Structs[Trajectory],
+    limits: Structs[Limits],
+    ticks: int,
+) -> None:
+    """Go on along the one planned trajectory for so many ticks, or until it is done."""
+    state, trajectory = states[0], trajectories[0]
     for _ in range(ticks):
         if trajectory.done:
             return
         if state.hand.raised:
             glide_tick(state, bodies, trajectory)
         else:
-            drag_tick(state, bodies, trajectory, limits)
+            drag_tick(state, bodies, trajectory, limits[0])
 
 
 @chipmunk.compiled
