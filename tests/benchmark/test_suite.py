@@ -10,6 +10,7 @@ import pytest
 import farm_ar.benchmark.frozen as frozen
 from farm_ar.benchmark.frozen import NAME, SEED, WORLD_SNAPSHOTS, frozen_suite, paper_rows
 from farm_ar.benchmark.suite import (
+    ANSWERS,
     TRUTH,
     Suite,
     made_examples,
@@ -126,3 +127,13 @@ def test_files_that_are_wrong_are_named(tmp_path: Path, file: str, change, messa
 
 def test_the_archive_comes_with_the_package():
     assert (resources.files("farm_ar.benchmark") / f"{NAME}.jsonl.xz").is_file()
+
+
+def test_the_form_of_answers_in_the_docs_is_the_one_that_is_read():
+    page = (Path(__file__).parents[2] / "docs" / "benchmark.md").read_text(encoding="utf-8")
+    shown = json.loads(page.split("```json\n")[1].split("```")[0])
+    assert ANSWERS.read(shown)["method"] == "mine"
+    assert all(key in page for key in ("answers", "--export", "--score", "--data"))
+    suite = frozen_suite()
+    detections = sum(len(document["truth"]) for row in suite.rows for document in row.documents)
+    assert f"{len(suite.rows)} rows, {round(detections / 1000)} thousand detections" in page
