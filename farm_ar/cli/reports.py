@@ -52,6 +52,8 @@ def scene_rows() -> Iterator[tuple[str, ...]]:
 def describe(scene: Scene) -> str:
     """A scene in a few words: how large it is and what is in it."""
     objects = f"{_count(len(scene.layout), 'object')} of {_count(len(scene.layout.categories), 'category')}"
+    if not scene.layout.names_categories:
+        objects = f"{_count(len(scene.layout), 'object')} without categories"
     path = "no camera path"
     if scene.camera_path is not None:
         path = f"a camera path of {scene.camera_path.length:.1f} m"
@@ -79,9 +81,9 @@ def detection_rows(snapshot: Snapshot, found: Identification) -> Iterator[tuple[
         yield (
             seen.ids[i],
             seen.category[i] or "not known",
-            f"{x:z.2f}",
-            f"{z:z.2f}",
-            f"{yaw_deg:z.1f}",
+            _known(x, "z.2f"),
+            _known(z, "z.2f"),
+            _known(yaw_deg, "z.1f"),
             "none" if label is None else label,
             "none" if label is None else f"{found.cost[i]:.4f}",
             _known(found.confidence[i], ".3f"),

@@ -354,6 +354,19 @@ def test_a_table_of_detections_needs_a_camera(mistake, before, seen, camera, lin
     assert mistake("identify", "--scene", before, "--snapshot", table, *camera).startswith(line)
 
 
+def test_what_is_not_known_is_a_dash_in_the_table(run, before, tmp_path):
+    (tmp_path / "bare.csv").write_text("id,x,z\nada,1.2,0.6\nben,2,0.6\n")
+    view = {"x": 1.5, "z": -1, "yaw_deg": 0, "range_m": 9}
+    (tmp_path / "bare.json").write_text(
+        json.dumps({"camera": view, "detections": [{"x": 1.25, "z": 0.6}, {"x": 2.1, "z": 0.6}]})
+    )
+    result = run("identify", "--scene", "bare.csv", "--snapshot", "bare.json")
+    row = result.stdout.splitlines()[2].split()
+    assert row[:7] == ["0", "not", "known", "1.25", "0.60", "-", "ada"]
+    assert "nan" not in result.stdout
+    assert "2 objects without categories" in run("scenes", "validate", "bare.csv").stdout
+
+
 def test_a_table_of_objects_may_have_no_room(run, before, seen):
     files = ("--scene", before.with_suffix(".csv"), "--snapshot", seen)
     with_room = json.loads(run("identify", *files, "--room", "5,4", "--json").stdout)
