@@ -17,6 +17,7 @@ from farm_ar.reid.baselines import BASELINES
 from farm_ar.reid.likelihood.method import LikelihoodReid
 from farm_ar.reid.relational.method import RelationalReid
 from farm_ar.reid.spatial import SpatialOptions, SpatialReid
+from farm_ar.reid.spatial_unity import SpatialUnityReid
 from farm_ar.scenes import Scene
 
 ReidFactory = Callable[[Scene], Reidentifier]
@@ -24,6 +25,7 @@ ReidFactory = Callable[[Scene], Reidentifier]
 
 REIDENTIFIERS: dict[str, ReidFactory] = {
     "spatial": SpatialReid,
+    "spatial-unity": SpatialUnityReid,
     "spatial-ungated": partial(SpatialReid, options=SpatialOptions(gate_categories=False)),
     "likelihood": LikelihoodReid,
     "relational": RelationalReid,

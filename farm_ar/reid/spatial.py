@@ -120,7 +120,7 @@ class SpatialReid(Reidentifier):
         one_template = self._world and len(layout.categories) == 1
         self._compares_sizes = "dimension" in terms and not one_template
         self._prunes = self.options.threshold < 1 and len(scene.sites) > 1
-        sides = sorted_log_sides(_template_boxes(scene) if self._world else layout.size)
+        sides = sorted_log_sides(template_boxes(scene) if self._world else layout.size)
         # Few labels differ in size, so the dimension cost is computed once for each size, or "kind".
         # (np.unique does this, too, and takes ten times as long for so few.)
         number: dict[tuple[float, ...], int] = {}
@@ -412,7 +412,7 @@ def _margins_of(seen: Seen, known: Known, rule: Rule) -> tuple[FloatArray, IntAr
     return answer.margin[0], answer.runner_up[0]
 
 
-def _template_boxes(scene: Scene) -> FloatArray:
+def template_boxes(scene: Scene) -> FloatArray:
     """(M, 3) box along the world's axes of the template of each label's category.
 
     A category without a template has its first object for one.

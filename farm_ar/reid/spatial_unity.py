@@ -1,0 +1,200 @@
+"""The paper's method as its authors' public program has it, where that differs from their text."""
+
+from __future__ import annotations
+
+import time
+from functools import partial
+from itertools import combinations, permutations
+
+import numpy as np
+
+from farm_ar.arrays import FloatArray, IntArray
+from farm_ar.errors import OptionError, SceneError
+from farm_ar.geometry import world_box
+from farm_ar.reid.assignment import margins_and_runners_up, solve_lsap
+from farm_ar.reid.base import Assurance, Identification, Reidentifier
+from farm_ar.reid.costs import rotation_cost, total_cost
+from farm_ar.reid.spatial import template_boxes
+from farm_ar.scenes import Detections, Scene, Snapshot
+
+_PAIRINGS = np.array(list(permutations(range(3))))
+
+
+class SpatialUnityReid(Reidentifier):
+    """The published program, for one scene.
+
+    It differs from section 3.2 of the paper in this:
+
+    - A site's distance is that to a border (`BorderDistances`), not to its centre, and its probability the
+      softmax of 1 / distance over all sites. Sites join in falling probability while the sum, in single
+      precision, is below the threshold: 0 keeps none, and 1 may leave out the last.
+    - The distance between poses counts heights.
+    - Sizes are those of boxes along the world's axes, against one template a category; axes are paired so
+      that the sum of their ratios is least. In a scene with a single template sizes do not count.
+    - Categories are not kept apart. Where fewer labels are left than detections, none is given.
+
+    What the program keeps from frame to frame is not in here.
+
+    Args:
+        scene: the reference layout and its room, a rectangle from the origin.
+        threshold: of the sites' cumulative probability, 0 to 1.
+
+    Raises:
+        SceneError: the scene has no labels, or its bounds are no such rectangle.
+        OptionError: the threshold is out of its limits.
+    """
+
+    def __init__(self, scene: Scene, threshold: float = 1.0) -> None:
+        if not len(scene.layout):
+            raise SceneError("objects", "must be at least one", len(scene.layout))
+        if not 0 <= threshold <= 1:
+            raise OptionError("threshold", "must be from 0 to 1", threshold)
+        self.scene, self.threshold = scene, float(threshold)
+        self._places = _in_space(scene.layout.position, scene.layout.elevation)
+        single = len(scene.layout.categories) == 1
+        self._template = None if single else template_boxes(scene)
+        self._borders = BorderDistances(scene.site_positions, scene.size) if len(scene.sites) > 1 else None
+
+    def identify(self, snapshot: Snapshot) -> Identification:
+        """The label of each detection; none at all where fewer labels are left than detections."""
+        seen, names = snapshot.detections, self.scene.layout.labels
+        offered, sites = self._offered(snapshot.camera.position)
+        labels = tuple(names[j] for j in offered.tolist())
+        if len(offered) < len(seen):
+            return Identification((None,) * len(seen), candidates=labels, sites=sites)
+        cost = self.cost_matrix(seen)[:, offered]
+        begin = time.perf_counter()
+        column = solve_lsap(cost)
+        solve_time = time.perf_counter() - begin
+        return Identification(
+            tuple(labels[j] for j in column.tolist()),
+            cost[np.arange(len(seen)), column],
+            labels,
+            sites,
+            solve_time=solve_time,
+            assurance=partial(_assurance, cost, column, labels),
+        )
+
+    def problem(self, snapshot: Snapshot) -> tuple[FloatArray, tuple[str | None, ...]]:
+        """(N, K) costs of the labels of the sites that are kept, and their names."""
+        offered, _ = self._offered(snapshot.camera.position)
+        names = self.scene.layout.labels
+        return self.cost_matrix(snapshot.detections)[:, offered], tuple(names[j] for j in offered.tolist())
+
+    def cost_matrix(self, seen: Detections) -> FloatArray:
+        """(N, M) cost of each label for each detection."""
+        layout, weights = self.scene.layout, self.scene.cost_weights
+        apart = _in_space(seen.position, seen.elevation)[:, None] - self._places
+        distance = np.linalg.norm(apart, axis=-1) / self.scene.diagonal
+        turn = rotation_cost(seen.yaw, layout.yaw)
+        return total_cost(distance, turn, self._dimension(seen), weights.translation, weights.rotation)
+
+    def _dimension(self, seen: Detections) -> FloatArray:
+        if self._template is None:
+            return np.ones((1, 1))
+        box = world_box(seen.size, seen.yaw)
+        paired = box[:, None, None] / self._template[:, _PAIRINGS]  # (N, M, 6, 3)
+        ratio = np.maximum(paired, 1 / paired)
+        best = ratio.sum(axis=-1).argmin(axis=-1)
+        product = np.take_along_axis(ratio.prod(axis=-1), best[..., None], axis=-1)[..., 0]
+        return np.where(np.isnan(product), 1.0, product)
+
+    def _offered(self, camera: FloatArray) -> tuple[IntArray, tuple[str, ...]]:
+        """Indices of the labels of the sites that the threshold keeps, and those sites."""
+        every = np.arange(len(self.scene.layout))
+        if self._borders is None:
+            return every, ()
+        order = sites_kept(self._borders(camera), self.threshold)
+        names = tuple(self.scene.sites[s].name for s in order.tolist())
+        return every[np.isin(self.scene.object_site, order)], names
+
+
+class BorderDistances:
+    """How far a camera is from each site of a Voronoi diagram, by its borders.
+
+    The site in whose cell the camera is: the least distance to its borders, times how far its centre is, as a
+    share of how far the centre beyond that border is. A neighbour of that site: the distance to the border
+    between them. Any other site: the least distance to its own borders. Borders end at the room's walls.
+
+    Args:
+        sites: (K, 2) centres, distinct, metres; at least two.
+        size: width and depth of the room from the origin, metres.
+    """
+
+    def __init__(self, sites: FloatArray, size: tuple[float, float]) -> None:
+        self.sites = sites
+        self.borders: dict[tuple[int, int], FloatArray] = {}
+        """(2, 2) ends of the border between two sites, the smaller index first."""
+        for a, b in combinations(range(len(sites)), 2):
+            border = _border(sites, a, b, np.array(size, dtype=np.float64))
+            if border is not None:
+                self.borders[a, b] = border
+
+    def __call__(self, camera: FloatArray) -> FloatArray:
+        """(K,) distances from a camera (2,), metres; infinite for a site without borders."""
+        count = len(self.sites)
+        to_centre = np.linalg.norm(self.sites - camera, axis=1)
+        own = int(to_centre.argmin())
+        found, between = np.full(count, np.inf), np.full(count, np.inf)
+        for (a, b), border in self.borders.items():
+            away = _to_segment(camera, *border)
+            found[[a, b]] = np.minimum(found[[a, b]], away)
+            if own in (a, b):
+                between[b if a == own else a] = away
+        neighbour = np.isfinite(between)
+        found[neighbour] = between[neighbour]
+        if neighbour.any():
+            beyond = int(between.argmin())
+            found[own] = to_centre[own] / to_centre[beyond] * between[beyond]
+        return found
+
+
+def sites_kept(distance: FloatArray, threshold: float) -> IntArray:
+    """Indices of the sites that a threshold keeps, the likeliest first.
+
+    Args:
+        distance: (K,) of the sites, metres; 0 is as good as certain.
+        threshold: 0 to 1.
+    """
+    with np.errstate(divide="ignore"):
+        closeness = np.minimum(1 / distance, 1e300)
+    weight = np.exp(closeness - closeness.max())
+    probability = (weight / weight.sum()).astype(np.float32)
+    order = np.argsort(-probability, kind="stable")
+    kept, total = 0, np.float32(0)
+    while kept < len(order) and total < np.float32(threshold):
+        total = np.float32(total + probability[order[kept]])
+        kept += 1
+    return order[:kept]
+
+
+def _border(sites: FloatArray, a: int, b: int, size: FloatArray) -> FloatArray | None:
+    """(2, 2) ends of the border between two cells within the room; None where they share none."""
+    middle, way = (sites[a] + sites[b]) / 2, sites[b] - sites[a]
+    along = np.array([-way[1], way[0]])
+    # Nearer to site a than to another: 2 (c - a) . x <= c . c - a . a. Walls likewise.
+    others = np.delete(sites, [a, b], axis=0)
+    normal = np.vstack([2 * (others - sites[a]), [[-1.0, 0.0], [0.0, -1.0], [1.0, 0.0], [0.0, 1.0]]])
+    limit = np.concatenate([(others**2).sum(axis=1) - (sites[a] ** 2).sum(), [0.0, 0.0], size])
+    slope, room = normal @ along, limit - normal @ middle
+    if (room[slope == 0] < 0).any():
+        return None
+    share = room / np.where(slope == 0, 1.0, slope)
+    low, high = share[slope < 0].max(initial=-np.inf), share[slope > 0].min(initial=np.inf)
+    return None if not low < high else np.stack([middle + low * along, middle + high * along])
+
+
+def _to_segment(point: FloatArray, begin: FloatArray, end: FloatArray) -> float:
+    way = end - begin
+    share = np.clip((point - begin) @ way / (way @ way), 0.0, 1.0)
+    return float(np.linalg.norm(begin + share * way - point))
+
+
+def _in_space(position: FloatArray, elevation: FloatArray) -> FloatArray:
+    """(N, 3) places with heights, metres."""
+    return np.column_stack([position, elevation])
+
+
+def _assurance(cost: FloatArray, column: IntArray, labels: tuple[str, ...]) -> Assurance:
+    margin, other = margins_and_runners_up(cost, column)
+    return Assurance(margin, tuple(None if j < 0 else labels[j] for j in other.tolist()))
