@@ -15,7 +15,8 @@ from farm_ar.errors import OptionError
 
 REID_HELP = (
     "spatial (the paper's), spatial-unity (as its program is), spatial-ungated, likelihood, "
-    "relational, adaptive, nearest, distance, squared-distance, last-known, or module:Class of your own, called with the scene."
+    "relational, adaptive, nearest, distance, squared-distance, last-known, or module:Class of your own, "
+    "called with the scene."
 )
 """What `--reid` takes."""
 
