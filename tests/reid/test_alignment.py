@@ -312,3 +312,42 @@ def test_identify_finds_an_unknown_frame_and_says_where_it_is_not_certain():
     # One of four motions is right, and by the others every label is another one's.
     assert doubtful.confidence == pytest.approx(0.25 + 0.75 / 5, abs=0.05)
     assert identify(scene_of(place, yaw), snapshot_of(place[:0], yaw[:0]), frame="unknown").labels == ()
+
+
+@pytest.mark.parametrize(("stayed", "group"), [(6, 6), (5, 7), (7, 5)])
+def test_things_that_moved_as_one_are_not_taken_for_those_that_stayed(stayed, group):
+    rng = np.random.default_rng(stayed)
+    place, yaw = rng.uniform(0, 8, (12, 2)), rng.uniform(-np.pi, np.pi, 12)
+    now, facing = place.copy(), yaw.copy()
+    away = motion_of(1.5, -0.8, 0.5)
+    now[:group], facing[:group] = away.position(place[:group]), away.yaw(yaw[:group])
+    snapshot = moved(snapshot_of(now, facing), motion_of(20.0, 30.0, 1.0).inverse())
+    found = align(scene_of(place, yaw), snapshot)
+    assert found.ambiguous
+    assert not found.certain
+
+
+def test_a_small_group_that_moved_as_one_leaves_the_rest_certain():
+    rng = np.random.default_rng(1)
+    place, yaw = rng.uniform(0, 8, (12, 2)), rng.uniform(-np.pi, np.pi, 12)
+    now, facing = place.copy(), yaw.copy()
+    away = motion_of(1.5, -0.8, 0.5)
+    now[:3], facing[:3] = away.position(place[:3]), away.yaw(yaw[:3])
+    motion = motion_of(20.0, 30.0, 1.0)
+    snapshot = moved(snapshot_of(now, facing), motion.inverse())
+    found = align(scene_of(place, yaw), snapshot)
+    assert found.certain
+    assert found.inliers == tuple(range(3, 12))
+
+
+@pytest.mark.parametrize("stayed", [4, 20])
+def test_few_of_many_that_fit_are_a_coincidence_and_things_of_other_kinds_do_not_count(stayed):
+    rng = np.random.default_rng(0)
+    place, yaw = rng.uniform(0, 8, (30, 2)), rng.uniform(-np.pi, np.pi, 30)
+    now, facing = rng.uniform(0, 8, (60, 2)), rng.uniform(-np.pi, np.pi, 60)
+    now[:stayed], facing[:stayed] = place[:stayed], yaw[:stayed]
+    names = ("thing",) * 30 + ("stranger",) * 30
+    snapshot = moved(snapshot_of(now, facing, names), motion_of(20.0, 30.0, 1.0).inverse())
+    found = align(scene_of(place, yaw), snapshot)
+    assert found.inliers == tuple(range(stayed))
+    assert found.certain == (stayed == 20)

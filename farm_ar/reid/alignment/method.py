@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import logsumexp
 
-from farm_ar.arrays import FloatArray, Record
+from farm_ar.arrays import BoolArray, FloatArray, Record
 from farm_ar.reid.alignment.evidence import Found, nothing_stayed, weigh
 from farm_ar.reid.alignment.kernels import refine
 from farm_ar.reid.alignment.problem import Pose, Problem, motion_between, problem_of, proposals
@@ -30,7 +30,10 @@ ELSEWHERE, MIRRORED = 0.1, 0.01
 """Probability that the snapshot shows another place, or tells nothing; that its frame is mirrored."""
 
 EXPLAINED = 0.3
-"""Share of the detections that stand where they stood from which on nothing speaks against a motion."""
+"""Share of what might stand where it stood that does, from which on nothing speaks against a motion."""
+
+GROUP, EACH_MORE = 3, 3.0
+"""Things from which on some may have moved as one; how much likelier each thing more is to have stayed."""
 
 ANCHORED, ANCHOR_REACH, ANCHOR_TURN = 0.98, 1.0, float(np.deg2rad(15))
 """Probability that an anchor is right; how far the motion may then be off it, by the spacing and radians."""
@@ -173,6 +176,8 @@ class _Odds(NamedTuple):
 def _answer(problem: Problem, found: Found | None, anchor: RigidMotion | None, mirrored: float) -> Alignment:
     """The most probable motion and the alternatives, given the evidence of the mirrored frame."""
     odds = _odds(problem, found, anchor, mirrored)
+    if found is not None:
+        odds = odds._replace(motions=_with_groups(odds.motions, found.match >= 0))
     total = logsumexp([*odds.motions, odds.anchor, odds.none, odds.mirrored])
     share, by_anchor = np.minimum(np.exp(odds.motions - total), 1.0), float(np.exp(odds.anchor - total))
     if found is None or by_anchor > share.max():
@@ -181,7 +186,8 @@ def _answer(problem: Problem, found: Found | None, anchor: RigidMotion | None, m
         return Alignment(anchor, by_anchor, nothing, reason="" if by_anchor >= CERTAIN else _REASONS[2])
     order = np.argsort(-share, kind="stable")
     best = int(order[0])
-    explained = float((found.match[best] >= 0).mean()) / EXPLAINED
+    most = max(min(int((problem.like > 0).sum()), problem.fit.shape[1]), 1)
+    explained = int((found.match[best] >= 0).sum()) / most / EXPLAINED
     confidence = float(share[best] * found.close[best]) * min(explained, 1.0)
     others = [k for k in order[1:] if share[k] >= RIVAL * share[best]]
     alternatives = tuple(Alternative(problem.rigid(found.motions[k]), float(share[k])) for k in others)
@@ -191,6 +197,19 @@ def _answer(problem: Problem, found: Found | None, anchor: RigidMotion | None, m
     labels = problem.scene.layout.labels
     matches = tuple(None if j < 0 else labels[j] for j in found.match[best])
     return Alignment(problem.rigid(found.motions[best]), confidence, matches, alternatives, reason)
+
+
+def _with_groups(odds: FloatArray, there: BoolArray) -> FloatArray:
+    """Odds (K,) if things may have moved as one: that they are coherent then does not say that they stayed.
+
+    Args:
+        odds: logarithms, if each thing moves on its own.
+        there: (K, N) detections that are at a label's place.
+    """
+    best = there[odds.argmax()]
+    own, its = (there & ~best).sum(axis=1), (best & ~there).sum(axis=1)
+    least = odds.max() - np.log(EACH_MORE) * np.maximum(its - own, 0)
+    return np.where(own >= GROUP, np.maximum(odds, least), odds)
 
 
 _REASONS = (

@@ -257,8 +257,8 @@ class Session:
 
     def _add(self, event: Event) -> None:
         """Let something happen."""
-        state = after(self._state, event)
-        self._events, self._state = _without_idle_looks((*self._events, event)), state
+        self._state = after(self._state, event)
+        self._events = _without_idle_looks((*self._events, event))
         if not isinstance(event, Looked):
             self.__dict__.pop("_reid", None)
 
