@@ -175,9 +175,9 @@ FAULTS: dict[str, tuple[str, Change]] = {
         "radians",
         of_detections(lambda seen, rng: {"yaw": np.deg2rad(wrap(seen.yaw))}),
     ),
-    "headings turned by 90 degrees": (
+    "headings counter-clockwise": (
         "headings",
-        of_detections(lambda seen, rng: {"yaw": seen.yaw + np.pi / 2}),
+        of_detections(lambda seen, rng: {"yaw": -seen.yaw}),
     ),
     "frame moved as a whole": ("frame", of_detections(moved_frame)),
     "one pose repeated": ("repeated", of_detections(lost)),

@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
-from farm_ar.geometry import bearing, distance
+from farm_ar.geometry import bearing, direction, distance
+from farm_ar.geometry.angles import wrap
 from farm_ar.reid.plausibility.finding import Finding
 from farm_ar.reid.plausibility.patterns import (
     ANYWHERE,
@@ -32,6 +33,12 @@ RIVAL = 2.0
 
 FITTING = 2.0
 """Logarithm of how much better headings taken as radians must explain a snapshot than none at all."""
+
+NATURAL, WAYS = 0.05, 12
+"""Probability of each way in which all things may have moved alike; how many turns and steps are tried."""
+
+MILD = (float(np.deg2rad(20)), 3.0)
+"""Turn, radians, and shift, by the labels' spacing, up to which it may be the things that moved."""
 
 SELDOM = 1e-3
 """Probability that a snapshot is written down wrongly."""
@@ -73,43 +80,75 @@ def check_frames(scene: Scene, snapshot: Snapshot, category: IntArray) -> Iterat
         category: (N,) codes of the categories, `UNKNOWN` where not known.
     """
     found = ratios(scene, snapshot, category)
-    most = max((ratio for ratio, _ in found.values()), default=0.0)
-    for kind, (ratio, how) in found.items():
-        if ratio > max(TELLING, most - RIVAL):
-            odds = SELDOM * np.exp(min(ratio, 100.0))
-            yield Finding(kind, _SAID[kind].format(how=how), doubt=float(odds / (1 + odds)))
+    most = max((one.ratio for one in found), default=0.0)
+    for one in found:
+        if one.ratio > max(TELLING, most - RIVAL):
+            odds = SELDOM * np.exp(min(one.ratio, 100.0))
+            doubt = float(odds / (1 + odds)) if one.spoils else 0.0
+            yield Finding(one.kind, _SAID[one.kind].format(how=one.how), doubt=doubt)
 
 
-def ratios(scene: Scene, snapshot: Snapshot, category: IntArray) -> dict[str, tuple[float, str]]:
-    """By kind: how much better the snapshot is explained than as given, the logarithm of a ratio; and how."""
+class Ratio(NamedTuple):
+    """How much better a snapshot is explained if it was written down in some wrong way than as given.
+
+    Args:
+        ratio: of the likelihoods, their logarithm.
+        kind: of the way.
+        how: in words.
+        spoils: whether an answer to the snapshot as given is then worth nothing.
+    """
+
+    ratio: float
+    kind: str
+    how: str
+    spoils: bool
+
+
+def ratios(scene: Scene, snapshot: Snapshot, category: IntArray) -> list[Ratio]:
+    """The best way of each kind in which a snapshot may have been written down wrongly."""
     seen, n = snapshot.detections, len(category)
     if not n or not len(scene.layout):
-        return {}
+        return []
     some = np.linspace(0, n - 1, min(n, MOST_DETECTIONS)).astype(np.int64)
     position, yaw, category = seen.position[some], seen.yaw[some], category[some]
     places = places_of(scene)
     given = Variant(position, yaw, 0.0)
     every = _conventions(places, given)
-    flat = [given, *(variant for several in every.values() for _, variant in several)]
-    flat.append(Variant(position, np.full_like(yaw, np.nan), 0.0))
-    evidence = log_evidence(places, category, flat)
+    natural = [given, *_natural(places, given), Variant(position, np.full_like(yaw, np.nan), 0.0)]
+    wrong = [one for several in every.values() for _, one in several]
+    evidence = log_evidence(places, category, [*natural, *wrong])
+    as_given, without_headings = evidence[0], evidence[len(natural) - 1]
     likely = _in_view(places, snapshot.camera)
     if likely.any():
-        evidence[0] = np.logaddexp(evidence[0], log_evidence(places, category, [given], likely)[0]) - np.log(
-            2
-        )
-    found, start = {}, 1
+        as_given = np.logaddexp(as_given, log_evidence(places, category, [given], likely)[0]) - np.log(2)
+    moved = list(_moved(places, category, given))
+    right = np.logaddexp.reduce([as_given, *evidence[1 : len(natural) - 1]])
+    mild = [one.ratio + np.log(NATURAL) for one in moved if not one.spoils]
+    found = {one.kind: one._replace(ratio=float(one.ratio - right)) for one in moved if one.kind}
+    start = len(natural)
+    right = np.logaddexp.reduce([right, *mild])
     for kind, several in every.items():
         mine = evidence[start : start + len(several)]
         start += len(several)
-        found[kind] = float(log_mean(mine[None])[0] - evidence[0]), several[int(mine.argmax())][0]
-    for _, radians in every.get("radians", []):
         # Headings near 0 are unlikely to be degrees if the map's are not; but then they must fit the map's.
-        if evidence[start - 1] - radians.log_volume < evidence[-1] + FITTING:
-            del found["radians"]
-    for ratio, kind, how in _moved(places, category, given, float(evidence[0])):
-        found[kind] = max(found.get(kind, (ratio, how)), (ratio, how))
-    return found
+        if kind == "radians" and mine[0] - several[0][1].log_volume < without_headings + FITTING:
+            continue
+        how = several[int(mine.argmax())][0]
+        ratio = Ratio(float(log_mean(mine[None])[0] - right), kind, how, kind != "headings")
+        found[kind] = max(found.get(kind, ratio), ratio)
+    return list(found.values())
+
+
+def _natural(places: Places, given: Variant) -> Iterator[Variant]:
+    """What may happen to all things alike: they turn as one, or go ahead as one."""
+    position, yaw = given.position, given.yaw
+    turns = np.arange(1, WAYS) * 2 * np.pi / WAYS
+    steps = places.spacing * np.geomspace(0.5, max(places.extent / places.spacing, 1.0), WAYS // 2)
+    ahead = np.where(np.isnan(yaw)[:, None], 0.0, direction(np.nan_to_num(yaw)))
+    for turn in turns:
+        yield Variant(position, yaw + turn, float(np.log(NATURAL / WAYS)))
+    for step in steps:
+        yield Variant(position - step * ahead, yaw, float(np.log(NATURAL / WAYS)))
 
 
 def _in_view(places: Places, camera: Camera) -> FloatArray:
@@ -139,9 +178,6 @@ def _conventions(places: Places, given: Variant) -> Hypotheses:
             units.append((how, Variant(position * factor, yaw, coordinates * float(np.log(factor)))))
     ways = {
         "negated": -yaw,
-        "turned by 90°": yaw + np.pi / 2,
-        "turned by -90°": yaw - np.pi / 2,
-        "turned by 180°": yaw + np.pi,
         "counter-clockwise from the x axis": np.pi / 2 - yaw,
         "mirrored": np.pi - yaw,
     }
@@ -170,10 +206,8 @@ class _Motion(NamedTuple):
     log_share: float
 
 
-def _moved(
-    places: Places, category: IntArray, given: Variant, as_given: float
-) -> Iterator[tuple[float, str, str]]:
-    """A frame moved as a whole, mirrored or not: logarithm of the ratio, kind, and how."""
+def _moved(places: Places, category: IntArray, given: Variant) -> Iterator[Ratio]:
+    """A frame moved as a whole, mirrored or not, with the evidence in place of a ratio."""
     if len(category) < FEWEST or len(places.yaw) > MOST_LABELS:
         return
     mirror = given.position * [1.0, -1.0]
@@ -187,13 +221,15 @@ def _moved(
         motion, log_share = found
         there = motion.position(position)
         variants = [Variant(there, motion.yaw(yaw), log_share) for yaw in headings]
-        ratio = float(log_mean(log_evidence(places, category, variants)[None])[0]) - as_given
-        farthest = float(np.linalg.norm(there - given.position, axis=1).max())
-        if farthest > FAR * places.spacing:
-            x, z = motion.about(np.zeros(2)).shift
-            turn = float(np.rad2deg(motion.turn))
-            how = f"turned by {turn:.0f}° about the origin and shifted by ({x:.3g}, {z:.3g})"
-            yield ratio, kind, how if kind == "frame" else f"z the other way, then {how}"
+        evidence = float(log_mean(log_evidence(places, category, variants)[None])[0])
+        shift = np.linalg.norm(there - given.position, axis=1)
+        turn = float(wrap(motion.turn))
+        mild = kind == "frame" and abs(turn) < MILD[0] and float(shift.mean()) < MILD[1] * places.spacing
+        x, z = motion.about(np.zeros(2)).shift
+        how = f"turned by {np.rad2deg(turn):.0f}° about the origin and shifted by ({x:.3g}, {z:.3g})"
+        how = how if kind == "frame" else f"z the other way, then {how}"
+        matters = float(shift.max()) > FAR * places.spacing
+        yield Ratio(evidence, kind if matters else "", how, not mild)
 
 
 def _best_motion(places: Places, category: IntArray, position: FloatArray) -> _Motion | None:
