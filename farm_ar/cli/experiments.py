@@ -68,19 +68,17 @@ def reproduce(
     from farm_ar.cli.options import make_folder
     from farm_ar.cli.output import console
     from farm_ar.experiments import reproduce as run
+    from farm_ar.experiments import setting_of
 
     make_folder("--out", out)
     run(
         what=what,
-        scenes=scenes,
+        setting=setting_of(
+            what, scenes=scenes, layouts=layouts, seed=seed, quick=quick, fresh=fresh, reid=reid
+        ),
         out=out,
-        layouts=layouts,
         workers=os.cpu_count() or 2 if workers is None else workers,
-        seed=seed,
-        quick=quick,
-        fresh=fresh,
         console=console(),
-        reid=reid,
     )
 
 

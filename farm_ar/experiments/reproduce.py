@@ -49,17 +49,49 @@ OWN_LAYOUTS = {"headroom": (2, 24), "relations": (1, 8), "sequences": (1, 6)}
 STORE = "sweeps.sqlite"
 
 
-def reproduce(
-    what: str = "all",
+def setting_of(
+    what: str,
     scenes: Path | None = None,
-    out: Path = Path("out"),
     layouts: int | None = None,
-    workers: int = 2,
     seed: int = 0,
     quick: bool = False,
     fresh: bool = False,
-    console: Console | None = None,
     reid: str | None = None,
+) -> Setting:
+    """The setting in which `reproduce` runs.
+
+    Args:
+        what: a name in `EXPERIMENTS`, or "all" for those of the paper.
+        scenes: folder with L1.json to H2.json to use in place of the built-in scenes.
+        layouts: noisy layouts for each noise level; 20 by default, 5 if quick, or as `OWN_LAYOUTS` says.
+        seed: where all randomness comes from.
+        quick: fewer layouts and rotation noises.
+        fresh: start over, even with what is finished.
+        reid: `module:Class` of your own, to be compared with the others in `BEYOND_THE_PAPER`.
+
+    Raises:
+        OptionError: an option is out of its limits.
+        SceneError: a scene file is missing or cannot be used.
+    """
+    if what != "all":
+        known_name("what", what, EXPERIMENTS)
+    if reid is not None:
+        if what not in BEYOND_THE_PAPER:
+            raise OptionError("reid", f"must be given with {', '.join(BEYOND_THE_PAPER)} only", reid)
+        load_reid(reid)(builtin_scene("L1"))
+    few, many = OWN_LAYOUTS.get(what, (QUICK_LAYOUTS, LAYOUTS))
+    number = layouts if layouts is not None else few if quick else many
+    setting = Setting(scenes, number, seed, quick, fresh=fresh, reids=() if reid is None else (reid,))
+    _ = setting.scenes  # a file that cannot be used is refused before anything is written
+    return setting
+
+
+def reproduce(
+    what: str = "all",
+    setting: Setting | None = None,
+    out: Path = Path("out"),
+    workers: int = 2,
+    console: Console | None = None,
 ) -> list[Report]:
     """Run one of the paper's experiments or all, and write their files and `summary.md`.
 
@@ -67,35 +99,21 @@ def reproduce(
 
     Args:
         what: a name in `EXPERIMENTS`, or "all" for those of the paper.
-        scenes: folder with L1.json to H2.json to use in place of the built-in scenes.
+        setting: of the experiments; by default `setting_of` it.
         out: folder for the files; made if need be.
-        layouts: noisy layouts for each noise level; 20 by default, 5 if quick, or as
-            `OWN_LAYOUTS` says.
         workers: processes that share the work, or 1 to do it in this one; the results do not depend on it.
-        seed: where all randomness comes from.
-        quick: fewer layouts and rotation noises.
-        fresh: start over, even with what is finished.
         console: where progress and the summary are shown.
-        reid: `module:Class` of your own, to be compared with the others in `BEYOND_THE_PAPER`.
 
     Raises:
-        OptionError: an option is out of its limits.
-        SceneError: a scene file is missing or cannot be used.
+        OptionError: there is no such experiment, or the number of workers is out of its limits.
         StoreError: the store cannot be read or written.
         UnfinishedError: some units gave no result; the others are kept, and the other experiments done.
     """
     all_names = [name for name in EXPERIMENTS if name not in BEYOND_THE_PAPER]
     names = all_names if what == "all" else [known_name("what", what, EXPERIMENTS)]
-    if reid is not None:
-        if what not in BEYOND_THE_PAPER:
-            raise OptionError("reid", f"must be given with {', '.join(BEYOND_THE_PAPER)} only", reid)
-        load_reid(reid)(builtin_scene("L1"))
+    setting = setting or setting_of(what)
     console = console or Console(markup=False, highlight=False)
-    few, many = OWN_LAYOUTS.get(what, (QUICK_LAYOUTS, LAYOUTS))
-    number = layouts if layouts is not None else few if quick else many
-    setting = Setting(scenes, number, seed, quick, fresh=fresh, reids=() if reid is None else (reid,))
     executor = make_executor("process" if workers != 1 else "serial", workers)
-    _ = setting.scenes  # a file that cannot be used is refused before anything is written
     begin = time.perf_counter()
     out.mkdir(parents=True, exist_ok=True)
     reports, unfinished = [], []

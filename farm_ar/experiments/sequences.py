@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import NamedTuple
+from typing import NamedTuple, TypedDict, Unpack
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -165,20 +165,27 @@ def sequences(setting: Setting) -> Report:
     )
 
 
+class Conditions(TypedDict):
+    """The noise of a unit: SDs of translation (m) and rotation (degrees), and the detector's name."""
+
+    translation: float
+    rotation: int
+    detector: str
+
+
 def every_rule(
     seed: int,
     scene: str,
     file: str | None,
     layouts: int,
     starts: int,
-    translation: float,
-    rotation: int,
-    detector: str,
     own: Iterable[str] = (),
+    **conditions: Unpack[Conditions],
 ) -> list[Row]:
     """A unit of the sweep: a row for each method and length, the user's own included."""
-    key = (SCENES.index(scene), round(translation * 10), rotation, list(DETECTORS).index(detector))
-    unit = Unit(scene, translation, rotation, detector)
+    unit = Unit(scene, **conditions)
+    detector = list(DETECTORS).index(unit.detector)
+    key = (SCENES.index(scene), round(unit.translation * 10), unit.rotation, detector)
     methods = METHODS | {name: load_reid(name) for name in own}
     return run_unit(unit, named_scene(scene, file), layouts, starts, piece_rng(seed, 13, *key), methods)
 

@@ -13,23 +13,23 @@ def given(monkeypatch):
     """What the experiments are run with, in place of running them."""
     given = {}
     monkeypatch.setattr(farm_ar.experiments, "reproduce", lambda **options: given.update(options))
+    monkeypatch.setattr(farm_ar.experiments, "setting_of", lambda what, **options: {"of": what, **options})
     return given
 
 
 def test_by_default_everything_runs_in_full(run, given, tmp_path):
     assert run("reproduce").exit_code == 0
     assert isinstance(given.pop("console"), Console)
-    assert given == {
-        "what": "all",
+    assert given.pop("setting") == {
+        "of": "all",
         "scenes": None,
-        "out": Path("out"),
         "layouts": None,
-        "workers": os.cpu_count(),
         "seed": 0,
         "quick": False,
         "fresh": False,
         "reid": None,
     }
+    assert given == {"what": "all", "out": Path("out"), "workers": os.cpu_count()}
     assert (tmp_path / "out").is_dir()
 
 
@@ -52,17 +52,16 @@ def test_every_option_is_passed_on(run, given, tmp_path):
     ]
     assert run("reproduce", "fig9", *options).exit_code == 0
     del given["console"]
-    assert given == {
-        "what": "fig9",
+    assert given.pop("setting") == {
+        "of": "fig9",
         "scenes": Path("there"),
-        "out": Path("results"),
         "layouts": 7,
-        "workers": 3,
         "seed": 5,
         "quick": True,
         "fresh": True,
         "reid": "mine:Rule",
     }
+    assert given == {"what": "fig9", "out": Path("results"), "workers": 3}
 
 
 def test_help_names_the_experiments_that_there_are(run):

@@ -11,7 +11,7 @@ import pytest
 from rich.console import Console
 
 from farm_ar.errors import OptionError, SceneError, UnfinishedError
-from farm_ar.experiments import EXPERIMENTS, pruning, reproduce
+from farm_ar.experiments import EXPERIMENTS, pruning, reproduce, setting_of
 from farm_ar.experiments.published import TABLE_1
 from farm_ar.experiments.reproduce import BEYOND_THE_PAPER
 from farm_ar.experiments.setting import Setting
@@ -26,7 +26,8 @@ def run(out: Path, what: str = "all", **options) -> str:
     """Run experiments in their smallest form; what they print."""
     screen = io.StringIO()
     console = Console(file=screen, width=160, markup=False)
-    reproduce(what, out=out, console=console, **{"layouts": 1, "quick": True, "workers": 1, **options})
+    workers, chosen = options.pop("workers", 1), {"layouts": 1, "quick": True, **options}
+    reproduce(what, setting_of(what, **chosen), out, workers, console)
     return screen.getvalue()
 
 

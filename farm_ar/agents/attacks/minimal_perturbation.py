@@ -106,6 +106,34 @@ def room_of(case: Case, model: Model) -> Room:
     )
 
 
+class Error(NamedTuple):
+    """A component, for the kernel.
+
+    Args:
+        chain: (K,) the objects of the error.
+        goal: (K,) the object whose label each is to be given.
+        movers: (M,) objects that may be moved.
+        unseen: the object that is not to be detected, -1 for none.
+    """
+
+    chain: IntArray
+    goal: IntArray
+    movers: IntArray
+    unseen: int
+
+
+class Draws(NamedTuple):
+    """What is random in an evolution.
+
+    Args:
+        normals: (S, M, 3) normal numbers, for the steps.
+        picks: (S,) which mover a step moves: those from M on move all.
+    """
+
+    normals: FloatArray
+    picks: IntArray
+
+
 class Crafted(NamedTuple):
     """A perturbation: (N, 2) metres, (N,) radians, and its effort; infinite where none was found."""
 
@@ -132,8 +160,8 @@ def craft(
     """
     chain = np.array(component.chain, dtype=np.int64)
     goal = np.roll(chain, -1) if component.closed else np.append(chain[1:], component.end)
-    unseen = component.end if component.hidden else -1
     movers = _movers(case, chain, component.end)
+    error = Error(chain, goal, movers, component.end if component.hidden else -1)
     best = Crafted(room.home, room.home_yaw, np.inf)
     for restart in range(restarts):
         share = rng.uniform(0.4, 1.0, len(chain)) if restart else np.full(len(chain), 0.55)
@@ -143,7 +171,7 @@ def craft(
         position[chain] += share[:, None] * shift + sideways
         normals = rng.normal(size=(steps, len(movers), 3))
         picks = rng.integers(0, 2 * len(movers), steps)
-        effort = evolve(room, chain, goal, movers, unseen, position, yaw, normals, picks)
+        effort = evolve(room, error, position, yaw, Draws(normals, picks))
         if effort < best.effort:
             best = Crafted(position, yaw, effort)
     return best
@@ -176,27 +204,19 @@ def beyond_view(room: Room, x: float, z: float) -> float:
 
 
 @compiled
-def violation(
-    room: Room,
-    chain: IntArray,
-    goal: IntArray,
-    movers: IntArray,
-    unseen: int,
-    position: FloatArray,
-    yaw: FloatArray,
-) -> float:
+def violation(room: Room, error: Error, position: FloatArray, yaw: FloatArray) -> float:
     """By how much a perturbation misses what it is to be, in effort; 0 where it is all of it."""
     gain = 0.0
     metres = 0.0
-    for k in range(len(chain)):
-        i = chain[k]
+    for k in range(len(error.chain)):
+        i = error.chain[k]
         x, z = position[i]
         own = cost_of_label(room, x, z, yaw[i], i, i)
-        gain += own - cost_of_label(room, x, z, yaw[i], i, goal[k])
+        gain += own - cost_of_label(room, x, z, yaw[i], i, error.goal[k])
         metres += max(0.0, beyond_view(room, x, z) + GAIN)
-    if unseen >= 0:
-        metres += max(0.0, GAIN - beyond_view(room, position[unseen, 0], position[unseen, 1]))
-    for i in movers:
+    if error.unseen >= 0:
+        metres += max(0.0, GAIN - beyond_view(room, position[error.unseen, 0], position[error.unseen, 1]))
+    for i in error.movers:
         x, z = position[i]
         metres += outside_by(x, z, yaw[i], room.half[i], room.size[0], room.size[1], room.stays_inside[i])
         for j in range(len(yaw)):
@@ -221,34 +241,21 @@ def effort_in(room: Room, movers: IntArray, position: FloatArray, yaw: FloatArra
 
 
 @compiled
-def evolve(
-    room: Room,
-    chain: IntArray,
-    goal: IntArray,
-    movers: IntArray,
-    unseen: int,
-    position: FloatArray,
-    yaw: FloatArray,
-    normals: FloatArray,
-    picks: IntArray,
-) -> float:
+def evolve(room: Room, error: Error, position: FloatArray, yaw: FloatArray, draws: Draws) -> float:
     """Improve a perturbation in place; its effort afterwards, infinite where it still misses something.
 
     Args:
         room: the room.
-        chain: (K,) the objects of the error.
-        goal: (K,) the object whose label each is to be given.
-        movers: (M,) objects that may be moved.
-        unseen: the object that is not to be detected, -1 for none.
+        error: what the perturbation is to bring about.
         position: (N, 2) metres; changed.
         yaw: (N,) radians; changed.
-        normals: (S, M, 3) normal numbers, for the steps.
-        picks: (S,) which mover a step moves: those from M on move all.
+        draws: the steps.
     """
+    movers, normals, picks = error.movers, draws.normals, draws.picks
     trial_position, trial_yaw = position.copy(), yaw.copy()
     best_position, best_yaw, best = position.copy(), yaw.copy(), np.inf
     spread = 0.05
-    missing = violation(room, chain, goal, movers, unseen, position, yaw)
+    missing = violation(room, error, position, yaw)
     value = effort_in(room, movers, position, yaw) + STEEPNESS * missing
     for s in range(len(picks)):
         for m in range(len(movers)):
@@ -265,7 +272,7 @@ def evolve(
                 trial_position[i] = room.home[i]
             if s % 8 < 2:
                 trial_yaw[i] = room.home_yaw[i]
-        missing = violation(room, chain, goal, movers, unseen, trial_position, trial_yaw)
+        missing = violation(room, error, trial_position, trial_yaw)
         effort = effort_in(room, movers, trial_position, trial_yaw)
         if missing == 0 and effort < best:
             best = effort

@@ -8,14 +8,15 @@ import numpy as np
 
 from farm_ar.agents.policies.base import Policy, action_of, moves_left
 from farm_ar.agents.policies.beam_search import search
-from farm_ar.agents.policies.plan_steps import SHARES, Allowance, Eye, Table, Terms
+from farm_ar.agents.policies.plan_steps import SHARES, Allowance, Table, Terms
 from farm_ar.envs import FarmToTableEnv
 from farm_ar.envs.actions import MOVE_ACTIONS, Move
 from farm_ar.envs.generator import unit_of
 from farm_ar.envs.table import TableView
 from farm_ar.errors import OptionError
+from farm_ar.game_logic.visibility import eyes_of
 from farm_ar.geometry import wrap
-from farm_ar.scenes import Camera, Scene
+from farm_ar.scenes import Scene
 
 
 class Step(NamedTuple):
@@ -43,7 +44,7 @@ def best_plan(env: FarmToTableEnv, beam: int) -> list[Step]:
     allowed = Allowance(most.metres, most.radians, most.effort, scene.diagonal, moves)
     terms = terms_of(scene, str(env.config.action), env.config.effort_weight)
     steps, worth = np.zeros((moves, 3), dtype=np.int64), np.empty((m, m, len(SHARES)))
-    count = search(_table(env), eye_of(env.view.camera), terms, allowed, beam, steps, worth)
+    count = search(_table(env), eyes_of(env.view.camera), terms, allowed, beam, steps, worth)
     return [Step(int(i), int(j), float(SHARES[share])) for i, j, share in steps[:count]]
 
 
@@ -73,17 +74,6 @@ def terms_of(scene: Scene, action: str, effort_weight: float) -> Terms:
         can.reach_rad,
         can.levels,
     )
-
-
-def eye_of(camera: Camera) -> Eye:
-    """A camera as the search takes it; without a height it has no vertical limits."""
-    x, z = camera.position.tolist()
-    height = 0.0 if camera.height is None else float(camera.height)
-    fov = camera.fov
-    limited = camera.height is not None and fov.up is not None and fov.down is not None
-    up, down = (fov.up, fov.down) if limited else (np.nan, np.nan)
-    pitch = float(camera.pitch)
-    return Eye(x, z, height, float(camera.yaw), pitch, fov.left, fov.right, fov.range_m, up, down)  # type: ignore[arg-type]
 
 
 def _table(env: FarmToTableEnv) -> Table:

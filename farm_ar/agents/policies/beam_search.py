@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from farm_ar.agents.policies.plan_steps import SHARES, Allowance, Eye, Table, Terms, is_clear, sees, target
+from farm_ar.agents.policies.plan_steps import SHARES, Allowance, Table, Terms, is_clear, target
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.envs.features import MARGIN_SCALE
+from farm_ar.geometry.camera import Eye, sees
 from farm_ar.kernels import compiled
 from farm_ar.reid.assignment import Rule, assess_objects, known_objects
+from farm_ar.structs import Structs
 
 AMBIGUITY_SHARE = 0.5
 """What a unit of ambiguity is worth beside a wrong label while a plan is unfinished."""
@@ -25,7 +27,13 @@ GRAIN = 1e6
 
 @compiled
 def search(
-    table: Table, eye: Eye, terms: Terms, allowed: Allowance, beam: int, steps: IntArray, worth: FloatArray
+    table: Table,
+    eyes: Structs[Eye],
+    terms: Terms,
+    allowed: Allowance,
+    beam: int,
+    steps: IntArray,
+    worth: FloatArray,
 ) -> int:
     """The plan after which the paper's method would give most wrong labels, less the price of the effort.
 
@@ -33,7 +41,7 @@ def search(
 
     Args:
         table: as it stands.
-        eye: the camera of the snapshot.
+        eyes: (1,) the camera of the snapshot.
         terms: prices and reaches.
         allowed: what is left of the budget.
         beam: how many unfinished plans are kept.
@@ -45,10 +53,10 @@ def search(
     Returns:
         How many steps the best plan has.
     """
-    m, kinds = len(table.yaw), table.category.max() + 1
+    m, kinds, eye = len(table.yaw), table.category.max() + 1, eyes[0]
     seen = np.empty(m, dtype=np.bool_)
     for i in range(m):
-        seen[i] = sees(eye, table.position[i, 0], table.position[i, 1], table.elevation[i])
+        seen[i] = sees(eye, table.position[i, 0], table.elevation[i], table.position[i, 1])
     pick = seen.copy()
     ways = np.zeros((beam, allowed.moves, 3), dtype=np.int64)
     position, yaw = np.empty((beam, m, 2)), np.empty((beam, m))
@@ -92,7 +100,7 @@ def search(
                         known.add(key)
                         old_x, old_z, old_yaw, old_view = place[i, 0], place[i, 1], turned[i], view[i]
                         place[i, 0], place[i, 1], turned[i] = x, z, heading
-                        view[i] = sees(eye, x, z, table.elevation[i])
+                        view[i] = sees(eye, x, table.elevation[i], z)
                         kind_key = kind_keys[b, code] + _posed(i, x, z, heading)
                         if kind_key in judged:
                             fooled, unsure = judged[kind_key]
@@ -128,7 +136,7 @@ def search(
             key = _mixed((i * m + j) * len(SHARES) + share)
             ways[b, depth], keys[b] = pace[kept[b]], keys[b] + key
             position[b, i, 0], position[b, i, 1], yaw[b, i] = x, z, heading
-            shown[b, i] = sees(eye, x, z, table.elevation[i])
+            shown[b, i] = sees(eye, x, table.elevation[i], z)
             spent[b, 0], spent[b, 1] = spent[b, 0] + metres, spent[b, 1] + radians
             code = table.category[i]
             kind_keys[b, code] += _posed(i, x, z, heading)

@@ -46,21 +46,6 @@ class Table(NamedTuple):
     elevation: FloatArray
 
 
-class Eye(NamedTuple):
-    """A camera, as in `farm_ar.scenes.Camera`: metres and radians; `up` is NaN without vertical limits."""
-
-    x: float
-    z: float
-    height: float
-    yaw: float
-    pitch: float
-    left: float
-    right: float
-    range_m: float
-    up: float
-    down: float
-
-
 class Terms(NamedTuple):
     """What things cost, and what one action can do.
 
@@ -103,27 +88,6 @@ class Allowance(NamedTuple):
     effort: float
     diagonal: float
     moves: int
-
-
-@compiled
-def sees(eye: Eye, x: float, z: float, height: float) -> bool:
-    """Whether a camera sees a point, as `farm_ar.scenes.visible` says it."""
-    dx, dz = x - eye.x, z - eye.z
-    away = np.hypot(dx, dz)
-    if away > eye.range_m:
-        return False
-    angle = (np.arctan2(dx, dz) - eye.yaw + np.pi) % FULL_TURN - np.pi
-    ahead = -eye.left <= angle <= eye.right
-    around = angle + FULL_TURN <= eye.right or -eye.left <= angle - FULL_TURN
-    if not (ahead or around or away == 0.0):
-        return False
-    if np.isnan(eye.up):
-        return True
-    level, up = dx * np.sin(eye.yaw) + dz * np.cos(eye.yaw), height - eye.height
-    above = up * np.cos(eye.pitch) - level * np.sin(eye.pitch)
-    forward = up * np.sin(eye.pitch) + level * np.cos(eye.pitch)
-    steep = np.arctan2(above, forward)
-    return (away == 0.0 and up == 0.0) or (forward > 0.0 and -eye.down <= steep <= eye.up)
 
 
 @compiled

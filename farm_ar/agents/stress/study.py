@@ -8,7 +8,7 @@ import zlib
 from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, NotRequired, TypedDict, Unpack
 
 import numpy as np
 
@@ -156,23 +156,34 @@ def random_noise(scene: Scene) -> LayoutNoise:
     return LayoutNoise(Gaussian(0.0, metres * unit_of(scene)), Gaussian(0.0, float(radians)))
 
 
-def describe_case(
-    seed: int, scene: str, jitter: str, case: int, reid: str, draws: int, code: str = ""
-) -> Outcome:
-    """The certificate of a case, and how often random noise breaks the re-identifier.
+class CaseUnit(TypedDict):
+    """The parameters of a unit of work, whatever it does.
 
     Args:
-        seed: of the stress test.
         scene: the room's name.
         jitter: how far layouts stray.
         case: its number.
         reid: the re-identifier's name.
+        code: tells results apart that other code, or another policy, gave under the same names.
+    """
+
+    scene: str
+    jitter: str
+    case: int
+    reid: str
+    code: NotRequired[str]
+
+
+def describe_case(seed: int, draws: int, **unit: Unpack[CaseUnit]) -> Outcome:
+    """The certificate of a case, and how often random noise breaks the re-identifier.
+
+    Args:
+        seed: of the stress test.
         draws: how many layouts are looked at.
-        code: tells results apart that other code gave under the same names.
+        unit: the case and the re-identifier.
     """
     begin = time.process_time()
-    known = known_case(scene, case, jitter, seed)
-    tested = load_reid(reid)(known.scene)
+    case, reid, known, tested = _begun(seed, unit)
     bound = lower_bound(known, tested)
     position, yaw = _disturbed(known, draws, np.random.default_rng([seed, case, 1]))
     wrong = wrong_labels(known, tested, position, yaw)
@@ -199,33 +210,20 @@ def describe_case(
 
 
 def attack_case(
-    seed: int,
-    scene: str,
-    jitter: str,
-    case: int,
-    reid: str,
-    attack: str,
-    queries: int,
-    budget: float,
-    transfer: list[str],
-    code: str = "",
+    seed: int, attack: str, queries: int, budget: float, transfer: list[str], **unit: Unpack[CaseUnit]
 ) -> Outcome:
     """One attack on one case under one re-identifier.
 
     Args:
         seed: of the stress test.
-        scene: the room's name.
-        jitter: how far layouts stray.
-        case: its number.
-        reid: the re-identifier's name.
         attack: the attack's name.
         queries: snapshots that it may ask about.
         budget: effort that a perturbation may take.
         transfer: names of the re-identifiers that its cheapest failure is also shown to.
-        code: tells results apart that other code, or another policy, gave under the same names.
+        unit: the case and the re-identifier.
     """
-    known = known_case(scene, case, jitter, seed)
-    oracle = QueryOracle(known, load_reid(reid)(known.scene), queries, budget)
+    case, reid, known, tested = _begun(seed, unit)
+    oracle = QueryOracle(known, tested, queries, budget)
     names = zlib.crc32(f"{attack} {reid}".encode())
     begin = time.process_time()
     attack_named(attack)(oracle, np.random.default_rng([seed, case, names]))
@@ -260,6 +258,12 @@ def attack_case(
         }
     measured = {"case": case, "reid": reid, "attack": attack, "asked": oracle.asked, "seconds": seconds}
     return Outcome([row], [measured])
+
+
+def _begun(seed: int, unit: CaseUnit) -> tuple[int, str, Case, Reidentifier]:
+    """The number of a unit's case, the name of its re-identifier, and both themselves."""
+    known = known_case(unit["scene"], unit["case"], unit["jitter"], seed)
+    return unit["case"], unit["reid"], known, load_reid(unit["reid"])(known.scene)
 
 
 def _described(oracle: QueryOracle, failure: Failure, reid: str, seed: int) -> dict[str, Any]:

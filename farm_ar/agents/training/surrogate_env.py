@@ -10,7 +10,7 @@ import numpy.typing as npt
 from gymnasium import spaces
 from stable_baselines3.common.vec_env import VecEnv
 
-from farm_ar.agents.policies.analytic import eye_of, terms_of
+from farm_ar.agents.policies.analytic import terms_of
 from farm_ar.agents.policies.beam_search import search
 from farm_ar.agents.policies.plan_steps import SHARES, Allowance, Table
 from farm_ar.agents.training.demonstrations import CANDIDATES, Demonstration, demonstration
@@ -25,6 +25,7 @@ from farm_ar.envs.rewards import MARGIN_SHARE
 from farm_ar.envs.table import meeting_order
 from farm_ar.errors import OptionError
 from farm_ar.game_logic.headset import field_of_view
+from farm_ar.game_logic.visibility import eyes_of
 from farm_ar.geometry import wrap
 from farm_ar.reid.assignment import Rule
 from farm_ar.scenes import Camera, Layout, visible
@@ -178,7 +179,7 @@ class SurrogateEnv(VecEnv):
             metres, radians = self._left[b].tolist()
             allowed = Allowance(metres, radians, np.inf, self._scene.diagonal, int(self._moves[b]))
             steps = np.zeros((allowed.moves, 3), dtype=np.int64)
-            search(table, eye_of(cameras.at(b)), self._terms, allowed, beam, steps, worth[b])
+            search(table, eyes_of(cameras.at(b)), self._terms, allowed, beam, steps, worth[b])
         flat = worth.reshape(count, -1)
         best = np.argsort(-flat, axis=1, kind="stable")[:, :CANDIDATES]
         steps = np.stack(np.unravel_index(best, worth.shape[1:]), axis=-1)

@@ -8,11 +8,12 @@ import pytest
 
 import farm_ar  # noqa: F401  # registers the environments
 from farm_ar.agents.policies import beam_search, plan_steps
-from farm_ar.agents.policies.analytic import Step, _table, best_plan, eye_of, move_of, terms_of
+from farm_ar.agents.policies.analytic import Step, _table, best_plan, move_of, terms_of
 from farm_ar.agents.policies.base import possible
 from farm_ar.agents.policies.lookahead import effort_of, foresee, placed
 from farm_ar.agents.policies.plan_steps import SHARES, Allowance, Table
-from farm_ar.scenes import Camera, FieldOfView, builtin_scene, visible
+from farm_ar.game_logic.visibility import eyes_of
+from farm_ar.scenes import builtin_scene
 
 QUICK = {"play_seconds": 0.0, "animals_a_second": 0.0}
 ANYTHING = Allowance(np.inf, np.inf, np.inf, 1.0, 6)
@@ -101,22 +102,6 @@ def test_a_step_reaches_what_its_action_reaches(action):
         assert yaw == pytest.approx(truth.yaw[i] + move.turn)
 
 
-@pytest.mark.parametrize("kernel", [plan_steps.sees, plan_steps.sees.py_func])
-@pytest.mark.parametrize("height", [None, 0.45])
-def test_it_sees_what_a_snapshot_would_show(kernel, height):
-    env = game()
-    env.reset(seed=0)
-    truth, rng = env.world.truth, np.random.default_rng(0)
-    for left, up in itertools.product((0.5, 3.0), (None, 0.3)):
-        fov = FieldOfView(left, 0.6, 0.9, up, up)
-        for _ in range(20):
-            place, yaw, pitch = rng.uniform(0, 1, 2), rng.uniform(-4, 4), rng.uniform(-1, 0.2)
-            camera = Camera(place, yaw, fov, height, pitch)
-            eye = eye_of(camera)
-            seen = [kernel(eye, *p, e) for p, e in zip(truth.position, truth.elevation, strict=True)]
-            assert seen == visible(truth, camera).tolist()
-
-
 def test_the_plan_is_the_best_of_all_where_there_are_few():
     """Against all sets of two steps, weighed by the players' own foresight."""
     env = game(action="slot", moves=2)
@@ -149,7 +134,7 @@ def test_a_step_that_could_come_first_is_worth_what_can_still_be_had_after_it(ac
     for seed in range(4):
         env.reset(seed=seed)
         m, terms = len(env.view.truth), terms_of(env.view.scene, action, env.config.effort_weight)
-        budget, eye = env.budget.most, eye_of(env.view.camera)
+        budget, eye = env.budget.most, eyes_of(env.view.camera)
         allowed = Allowance(budget.metres, budget.radians, np.inf, env.view.scene.diagonal, 2)
         steps, worth = np.zeros((2, 3), dtype=np.int64), np.empty((m, m, len(SHARES)))
         beam_search.search(_table(env), eye, terms, allowed, 2000, steps, worth)
@@ -234,7 +219,7 @@ def test_plain_python_plans_the_same():
     env = game(action="slot", moves=3)
     env.reset(seed=2)
     allowed = Allowance(0.6, 1.5, np.inf, env.view.scene.diagonal, 3)
-    terms, eye = terms_of(env.view.scene, "slot", 0.25), eye_of(env.view.camera)
+    terms, eye = terms_of(env.view.scene, "slot", 0.25), eyes_of(env.view.camera)
     m, found = len(env.view.truth), []
     for kernel in (beam_search.search, beam_search.search.py_func):
         steps, worth = np.zeros((3, 3), dtype=np.int64), np.empty((m, m, len(SHARES)))
