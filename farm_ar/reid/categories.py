@@ -35,16 +35,25 @@ def declared_codes(layout: Layout) -> CategoryCodes:
     return {None: UNKNOWN} | {name: code for code, name in enumerate(layout.categories)}
 
 
+def require_places(seen: Detections) -> None:
+    """See that every detection has a position.
+
+    Raises:
+        SnapshotError: one is not known.
+    """
+    where = first_wrong(np.isfinite(seen.position))
+    if where is not None:
+        expected = "must be finite; farm_ar.reid.identify sets such detections aside"
+        raise SnapshotError(f"detections[{where[0]}].position", expected, seen.position[where[0]].tolist())
+
+
 def codes_in(seen: Detections, declared: CategoryCodes) -> list[int]:
     """The code of the category of each detection, of which all have a pose.
 
     Raises:
         SnapshotError: a category is not declared, or a position is not known.
     """
-    where = first_wrong(np.isfinite(seen.position))
-    if where is not None:
-        expected = "must be finite; farm_ar.reid.identify sets such detections aside"
-        raise SnapshotError(f"detections[{where[0]}].position", expected, seen.position[where[0]].tolist())
+    require_places(seen)
     try:
         return [declared[name] for name in seen.category]
     except KeyError as problem:

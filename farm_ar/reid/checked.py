@@ -71,7 +71,22 @@ def identify(
     wrong = [i for one in findings if one.kind == "sizes" for i in one.detections]
     snapshot = _without_sizes(snapshot, wrong)
     answer = rule.identify(snapshot if len(kept) == len(reasons) else some(snapshot, kept))
-    return _whole(answer, kept, reasons, tuple(said), sure)
+    return _whole(_explained(answer, scene, snapshot, kept), kept, reasons, tuple(said), sure)
+
+
+def _explained(answer: Identification, scene: Scene, snapshot: Snapshot, kept: IntArray) -> Identification:
+    """The answer to the detections kept, with a reason for each to which the method gave no label."""
+    if None not in answer.labels:
+        return answer
+    category = dict(zip(scene.layout.labels, scene.layout.category, strict=True))
+    left = {category[name] for name in answer.candidates if name in category and name not in answer.labels}
+    reasons = list(answer.reason)
+    for k, (i, label) in enumerate(zip(kept, answer.labels, strict=True)):
+        mine = snapshot.detections.category[i]
+        if label is None and reasons[k] is None:
+            taken = bool(answer.candidates) and (mine not in left if mine is not None else not left)
+            reasons[k] = "all labels that it may have are given to others" if taken else "no label fits it"
+    return replace(answer, reason=tuple(reasons))
 
 
 def _rule(reid: Any, scene: Scene) -> Reidentifier:

@@ -13,6 +13,7 @@ from farm_ar.errors import OptionError, SceneError
 from farm_ar.geometry import world_box
 from farm_ar.reid.assignment import margins_and_runners_up, solve_lsap
 from farm_ar.reid.base import Assurance, Identification, Reidentifier
+from farm_ar.reid.categories import require_places
 from farm_ar.reid.costs import rotation_cost, total_cost
 from farm_ar.reid.spatial import template_boxes
 from farm_ar.scenes import Detections, Scene, Snapshot
@@ -56,7 +57,12 @@ class SpatialUnityReid(Reidentifier):
         self._borders = BorderDistances(scene.site_positions, scene.size) if len(scene.sites) > 1 else None
 
     def identify(self, snapshot: Snapshot) -> Identification:
-        """The label of each detection; none at all where fewer labels are left than detections."""
+        """The label of each detection; none at all where fewer labels are left than detections.
+
+        Raises:
+            SnapshotError: a position is not known.
+        """
+        require_places(snapshot.detections)
         seen, names = snapshot.detections, self.scene.layout.labels
         offered, sites = self._offered(snapshot.camera.position)
         labels = tuple(names[j] for j in offered.tolist())

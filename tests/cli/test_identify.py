@@ -45,7 +45,7 @@ def expected(found, seen):
     return {
         "ids": list(seen.detections.ids),
         "labels": list(found.labels),
-        "reasons": list(found.reason),
+        "reasons": [None if label else "no label fits it" for label in found.labels],
         "costs": [None if cost != cost else cost for cost in found.cost.tolist()],
         "confidence": [None if value != value else value for value in found.confidence.tolist()],
         "margins": [None if value != value else value for value in found.margin.tolist()],

@@ -4,6 +4,8 @@ import pickle
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from farm_ar.errors import OptionError, SnapshotError
 from farm_ar.reid import (
@@ -15,6 +17,7 @@ from farm_ar.reid import (
     align,
     identify,
 )
+from farm_ar.reid.plausibility import set_aside
 from farm_ar.scenes import Camera, Detections, FieldOfView, Layout, Scene, Snapshot
 
 
@@ -183,11 +186,11 @@ def test_a_second_detection_without_a_category_is_the_same_thing(scene):
 def test_what_stands_near_above_or_is_of_another_category_is_another_thing(scene):
     layout = scene.layout
     beside = again(scene, 1, (0.3, 0.0))
-    assert identify(scene, beside, "spatial").reason == (None,) * 6
+    assert set_aside(scene, beside) == (None,) * 6
     above = again(scene, 1, elevation=np.array([0, 0, 0, 0, 0, 1.0]))
-    assert identify(scene, above, "spatial").reason == (None,) * 6
+    assert set_aside(scene, above) == (None,) * 6
     other = again(scene, 1, (0.0, 0.01), category=(*layout.category, "table"))
-    assert identify(scene, other, "spatial").reason == (None,) * 6
+    assert set_aside(scene, other) == (None,) * 6
 
 
 def test_things_that_coincide_in_the_map_may_coincide_in_a_snapshot(scene):
@@ -215,7 +218,7 @@ def test_where_more_are_detected_than_there_are_less_must_coincide(scene):
             fewer.size[:3],
         ),
     )
-    assert identify(scene, four, "spatial").reason == (None,) * 3
+    assert set_aside(scene, four) == (None,) * 3
 
 
 def test_poses_of_lost_trackers_are_set_aside_and_the_rest_is_identified(scene):
@@ -253,3 +256,63 @@ def test_all_set_aside_is_an_answer_of_none(scene):
     assert found.labels == (None,) * 5
     assert None not in found.reason
     assert any("the scene has no plate, only chair, table" in said for said in found.warnings)
+
+
+def test_what_the_method_gives_no_label_has_a_reason_too(scene):
+    layout = scene.layout
+    more = snapshot(
+        scene,
+        category=("chair",) * 5,
+        position=np.vstack([layout.position[:4], [(2.0, 5.0)]]),
+        size=np.vstack([layout.size[:4], layout.size[:1]]),
+    )
+    found = identify(scene, more, "spatial")
+    assert found.labels[4] is None
+    assert found.reason == (None,) * 4 + ("all labels that it may have are given to others",)
+    moved = identify(scene, snapshot(scene, position=layout.position + 0.3), "last-known")
+    assert moved.reason == ("no label fits it",) * 5
+
+
+LIMITS = st.floats(-1e6, 1e6)
+UNKNOWN_OR = st.one_of(st.just(np.nan), st.floats(-10, 10))
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    rows=st.lists(
+        st.tuples(
+            st.sampled_from(["chair", "table", "Chair", None]),
+            st.one_of(LIMITS, st.just(np.nan), st.floats(0, 10)),
+            st.one_of(LIMITS, st.floats(0, 6)),
+            UNKNOWN_OR,
+            st.one_of(st.just(np.nan), st.floats(1e-6, 1e6)),
+            st.floats(0, 1),
+        ),
+        max_size=7,
+    ),
+    reid=st.sampled_from(["spatial", "likelihood", "nearest"]),
+)
+def test_whatever_is_detected_is_answered(scene, rows, reid):
+    n = len(rows)
+    columns = list(zip(*rows, strict=True)) if rows else [()] * 6
+    seen = Detections.trusted(
+        **vars(Detections((), [], [], []))
+        | {
+            "category": tuple(columns[0]),
+            "position": np.array([columns[1], columns[2]], dtype=float).T.reshape(n, 2),
+            "yaw": np.array(columns[3], dtype=float),
+            "size": np.repeat(np.array(columns[4], dtype=float), 3).reshape(n, 3),
+            "elevation": np.zeros(n),
+            "confidence": np.array(columns[5], dtype=float),
+            "ids": tuple(map(str, range(n))),
+            "track_id": (None,) * n,
+        }
+    )
+    found = identify(scene, Snapshot(snapshot(scene).camera, seen), reid)
+    assert len(found.labels) == len(found.reason) == len(found.confidence) == len(found.margin) == n
+    given_labels = [label for label in found.labels if label is not None]
+    assert set(given_labels) <= set(scene.layout.labels)
+    assert reid == "nearest" or len(set(given_labels)) == len(given_labels)
+    for label, reason, row in zip(found.labels, found.reason, rows, strict=True):
+        assert (label is None) == (reason is not None)
+        assert label is None or (row[0] != "Chair" and not np.isnan(row[1]))
