@@ -29,9 +29,6 @@ RIVAL = 0.1
 ELSEWHERE, MIRRORED = 0.1, 0.01
 """Probability that the snapshot shows another place, or tells nothing; that its frame is mirrored."""
 
-EXPLAINED = 0.3
-"""Share of what might stand where it stood that does, from which on nothing speaks against a motion."""
-
 GROUP, EACH_MORE = 3, 3.0
 """Things from which on some may have moved as one; how much likelier each thing more is to have stayed."""
 
@@ -186,9 +183,7 @@ def _answer(problem: Problem, found: Found | None, anchor: RigidMotion | None, m
         return Alignment(anchor, by_anchor, nothing, reason="" if by_anchor >= CERTAIN else _REASONS[2])
     order = np.argsort(-share, kind="stable")
     best = int(order[0])
-    most = max(min(int((problem.like > 0).sum()), problem.fit.shape[1]), 1)
-    explained = int((found.match[best] >= 0).sum()) / most / EXPLAINED
-    confidence = float(share[best] * found.close[best]) * min(explained, 1.0)
+    confidence = float(share[best] * found.close[best])
     others = [k for k in order[1:] if share[k] >= RIVAL * share[best]]
     alternatives = tuple(Alternative(problem.rigid(found.motions[k]), float(share[k])) for k in others)
     reason = ""
