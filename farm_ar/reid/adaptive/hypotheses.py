@@ -54,15 +54,15 @@ class Family:
 
 
 FAMILIES = (
-    Family("gaussian", 0.22, GAUSSIAN, 0.01),
-    Family("exponential", 0.12, EXPONENTIAL, 0.01),
-    Family("student", 0.08, STUDENT, 0.01),
-    Family("stay or move", 0.12, GAUSSIAN, 0.12),
-    Family("stay or move, many", 0.08, GAUSSIAN, 0.35),
-    Family("forward", 0.12, RING, 0.01, 0.25, 1.0, 4),
-    Family("forward, swerving", 0.08, RING, 0.01, 0.25, 3.0, 4),
-    Family("forward, speeds differ", 0.10, RING, 0.01, 0.7, 1.0, 4),
-    Family("forward, speeds differ, swerving", 0.08, RING, 0.01, 0.7, 3.0, 4),
+    Family("gaussian", 0.24, GAUSSIAN, 0.003),
+    Family("exponential", 0.10, EXPONENTIAL, 0.003),
+    Family("student", 0.06, STUDENT, 0.003),
+    Family("stay or move", 0.10, GAUSSIAN, 0.12),
+    Family("stay or move, many", 0.07, GAUSSIAN, 0.35),
+    Family("forward", 0.12, RING, 0.003, 0.25, 1.0, 4),
+    Family("forward, swerving", 0.08, RING, 0.003, 0.25, 3.0, 4),
+    Family("forward, speeds differ", 0.10, RING, 0.003, 0.7, 1.0, 4),
+    Family("forward, speeds differ, swerving", 0.08, RING, 0.003, 0.7, 3.0, 4),
 )
 """The families that are averaged."""
 

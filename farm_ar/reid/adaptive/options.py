@@ -43,21 +43,21 @@ class AdaptiveOptions:
     turn_sds: tuple[float, ...] = tuple(float(np.deg2rad(sd)) for sd in (4.0, 12.0, 28.0, 60.0, 100.0))
     turn_shares: tuple[float, ...] = (0.15, 0.18, 0.18, 0.16, 0.13, 0.2)
     course_sd: float = float(np.deg2rad(8.0))
-    outliers: float = 0.02
+    outliers: float = 0.005
     astray: float = 0.05
     rates: tuple[Rate, ...] = (
-        (0.80, 0.004, 0.001),
-        (0.08, 0.05, 0.02),
+        (0.76, 0.003, 0.02),
+        (0.06, 0.05, 0.03),
         (0.05, 0.2, 0.01),
-        (0.02, 0.02, 0.12),
-        (0.035, 0.15, 0.15),
-        (0.015, 0.35, 0.35),
+        (0.04, 0.02, 0.12),
+        (0.07, 0.15, 0.15),
+        (0.02, 0.35, 0.35),
     )
     size_shares: tuple[float, ...] = (0.3, 0.15, 0.2, 0.2, 0.15)
     reliabilities: tuple[float, ...] = (0.0, 0.6, 0.9, 0.99, 0.9999)
     usual_scale: float = 0.5
     usual_width: float = 1.0
-    usual_weight: float = 2.0
+    usual_weight: float = 4.0
 
     def __post_init__(self) -> None:
         if not 0 <= self.confusion < 1:

@@ -18,7 +18,13 @@ from farm_ar.scenes import UNKNOWN, Detections, Layout
 _NEAR = 0.02
 """Shifts, in spacings, below which the direction of a shift tells less and less."""
 
-_SOMEWHERE = 0.3
+_LEAST_RISE = 0.02
+"""Least SD, in spacings, of how far things rise or sink."""
+
+_LIFTED = 0.1
+"""Share of the objects whose heights change by anything."""
+
+_SOMEWHERE = 0.15
 """Share, of what goes anywhere, that stays about as near as look-alikes stand."""
 
 
@@ -216,8 +222,8 @@ def _vertical(height: FloatArray, seen: FloatArray, i: IntArray, j: IntArray) ->
     if not spread > 1e-9:
         return np.zeros((0, len(i)))
     rise = seen[i] - height[j]
-    sd = np.clip(scale_lengths(MOST_SCALES)[:, None], 0.02, max(spread, 0.02))
-    broad = 0.5 * spread
-    near = np.exp(-0.5 * (rise / sd) ** 2) / sd
-    result: FloatArray = (0.9 * near + 0.1 * np.exp(-0.5 * (rise / broad) ** 2) / broad) * broad
+    sd = np.hypot(np.minimum(scale_lengths(MOST_SCALES)[:, None], spread), _LEAST_RISE)
+    broad = np.hypot(sd, spread)
+    likely = np.exp(-0.5 * (rise / sd) ** 2 + 0.5 * (rise / broad) ** 2) * (broad / sd)
+    result: FloatArray = _LIFTED + (1 - _LIFTED) * likely
     return result
