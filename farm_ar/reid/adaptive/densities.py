@@ -10,6 +10,7 @@ from farm_ar.reid.adaptive.records import (
     EXPONENTIAL,
     GAUSSIAN,
     STUDENT,
+    TOGETHER,
     Concentrations,
     Pairs,
     Profiles,
@@ -17,6 +18,9 @@ from farm_ar.reid.adaptive.records import (
 
 FREEDOM = 2.0
 """Degrees of freedom of Student's distribution."""
+
+LOOSELY = 2
+"""Which of the concentrations of turns is that of things that are pushed about."""
 
 STANDING = 0.04
 """Length, in spacings, of the shifts of what never moves."""
@@ -48,8 +52,9 @@ def tabulate(
     shift: FloatArray,
     turn: FloatArray,
     course: FloatArray,
+    far: FloatArray,
 ) -> None:
-    """Fill in the densities of all pairs.
+    """Fill in the densities of all pairs; those of shifts about a shared motion are left as they are.
 
     Args:
         pairs: the pairs.
@@ -58,10 +63,13 @@ def tabulate(
         shift: (R, P) filled with densities in the plane.
         turn: (T, P) filled with densities of a turn, 1 / radian.
         course: (C, P) filled with how much likelier a course is than any.
+        far: (P,) filled with the density of what has gone anywhere, place and turn.
     """
     count = len(pairs.label)
     for r in range(len(shift)):
         kind, length, width = profiles.kind[r], profiles.length[r], profiles.width[r]
+        if kind >= TOGETHER:
+            continue
         for p in range(count):
             if pairs.stays[p]:
                 shift[r, p] = shift_density(GAUSSIAN, STANDING, 0.0, pairs.distance[p])
@@ -75,6 +83,10 @@ def tabulate(
                 which = 0 if pairs.stays[p] else t
                 peak = angles.turn_peak[which] * math.exp(angles.turn[which] * (pairs.turn[p] - 1.0))
                 turn[t, p] = angles.outliers * any_turn + (1.0 - angles.outliers) * peak
+    for p in range(count):
+        # What is pushed somewhere keeps its heading, or not; what is carried away does not.
+        pushed = 0.5 * any_turn + 0.5 * turn[LOOSELY, p]
+        far[p] = 0.5 * pairs.farther[p] * pushed + 0.5 * pairs.far[p] * any_turn
     for c in range(len(course)):
         for p in range(count):
             course[c, p] = 1.0
@@ -137,17 +149,17 @@ def blend(
     course: FloatArray,
     use_course: bool,
     far: float,
+    anywhere: FloatArray,
     weight: FloatArray,
 ) -> None:
     """Fill (P,) densities of pairs under a motion: of what moves by it, and of what goes anywhere."""
-    any_turn = far / (2 * math.pi)
     near = 1.0 - far
     if use_course:
         for p in range(len(weight)):
-            weight[p] = near * profile[p] * turn[p] * course[p] + any_turn * pairs.far[p]
+            weight[p] = near * profile[p] * turn[p] * course[p] + far * anywhere[p]
     else:
         for p in range(len(weight)):
-            weight[p] = near * profile[p] * turn[p] + any_turn * pairs.far[p]
+            weight[p] = near * profile[p] * turn[p] + far * anywhere[p]
     for p in range(len(weight)):
         if pairs.stays[p]:
             weight[p] = profile[p] * turn[p]

@@ -15,6 +15,8 @@ from farm_ar.reid.adaptive.records import (
     GAUSSIAN,
     RING,
     STUDENT,
+    TOGETHER,
+    TURNING,
     Concentrations,
     Motions,
     Profiles,
@@ -59,10 +61,14 @@ FAMILIES = (
     Family("student", 0.06, STUDENT, 0.003),
     Family("stay or move", 0.10, GAUSSIAN, 0.12),
     Family("stay or move, many", 0.07, GAUSSIAN, 0.35),
-    Family("forward", 0.12, RING, 0.003, 0.25, 1.0, 4),
-    Family("forward, swerving", 0.08, RING, 0.003, 0.25, 3.0, 4),
-    Family("forward, speeds differ", 0.10, RING, 0.003, 0.7, 1.0, 4),
-    Family("forward, speeds differ, swerving", 0.08, RING, 0.003, 0.7, 3.0, 4),
+    Family("forward", 0.10, RING, 0.02, 0.25, 1.0, 4),
+    Family("forward, swerving", 0.06, RING, 0.02, 0.25, 3.0, 4),
+    Family("forward, speeds differ", 0.08, RING, 0.08, 0.7, 1.0, 4),
+    Family("forward, speeds differ, swerving", 0.06, RING, 0.08, 0.7, 3.0, 4),
+    Family("together", 0.07, TOGETHER, 0.003),
+    Family("together, some not", 0.02, TOGETHER, 0.12),
+    Family("together, turning", 0.03, TURNING, 0.003),
+    Family("together, turning, some not", 0.02, TURNING, 0.12),
 )
 """The families that are averaged."""
 

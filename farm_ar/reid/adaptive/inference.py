@@ -13,7 +13,8 @@ import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.kernels import compiled
-from farm_ar.reid.adaptive.densities import blend, tabulate
+from farm_ar.reid.adaptive.common import find_common, free_share
+from farm_ar.reid.adaptive.densities import LOOSELY, blend, tabulate
 from farm_ar.reid.adaptive.records import (
     Concentrations,
     Motions,
@@ -21,6 +22,7 @@ from farm_ar.reid.adaptive.records import (
     Profiles,
     Seeing,
     Sparse,
+    Table,
 )
 from farm_ar.reid.adaptive.sparse import add_marginals, propagate
 
@@ -119,20 +121,19 @@ def density_of(
     h: int,
     pairs: Pairs,
     motions: Motions,
-    shift: FloatArray,
-    turn: FloatArray,
-    course: FloatArray,
+    table: Table,
     density: FloatArray,
 ) -> None:
     """Fill (P,) densities of the pairs under motion h, without sizes."""
     c = motions.course[h]
     blend(
         pairs,
-        shift[motions.profile[h]],
-        turn[motions.heading[h]],
-        course[max(c, 0)],
+        table.shift[motions.profile[h]],
+        table.turn[motions.heading[h]],
+        table.course[max(c, 0)],
         c >= 0,
         motions.far[h],
+        table.far,
         density,
     )
     if len(pairs.vertical):
@@ -146,9 +147,7 @@ def screen(
     pairs: Pairs,
     motions: Motions,
     seeing: Seeing,
-    shift: FloatArray,
-    turn: FloatArray,
-    course: FloatArray,
+    table: Table,
     mean_like: FloatArray,
     some: Sparse,
     evidence: FloatArray,
@@ -168,7 +167,7 @@ def screen(
         bound[h] = -np.inf
         if motions.log_prior[h] == -np.inf:
             continue
-        density_of(h, pairs, motions, shift, turn, course, density)
+        density_of(h, pairs, motions, table, density)
         for p in range(len(density)):
             density[p] *= mean_like[p]
         _, most = weigh(
@@ -182,14 +181,14 @@ def screen(
             some,
             factor,
         )
-        bound[h] = motions.log_prior[h] + most
+        bound[h] = motions.log_prior[h] + table.penalty[motions.profile[h]] + most
     best = -np.inf
     order = falling(bound)
     for rank in range(len(order)):
         h = order[rank]
         if not bound[h] > best - SCREENED:
             break
-        density_of(h, pairs, motions, shift, turn, course, density)
+        density_of(h, pairs, motions, table, density)
         for p in range(len(density)):
             density[p] *= mean_like[p]
         total, _ = weigh(
@@ -203,8 +202,9 @@ def screen(
             some,
             factor,
         )
-        to_row[:] = 1.0
-        evidence[h] = motions.log_prior[h] + total + propagate(some, labels, to_row, FEW_ROUNDS, 1e-3)
+        to_row[:] = free_share(len(seeing.none), labels)
+        prior = motions.log_prior[h] + table.penalty[motions.profile[h]]
+        evidence[h] = prior + total + propagate(some, labels, to_row, FEW_ROUNDS, 1e-3)
         best = max(best, evidence[h])
 
 
@@ -213,9 +213,7 @@ def refine(
     pairs: Pairs,
     motions: Motions,
     seeing: Seeing,
-    shift: FloatArray,
-    turn: FloatArray,
-    course: FloatArray,
+    table: Table,
     screened: FloatArray,
     some: Sparse,
 ) -> tuple[IntArray, FloatArray]:
@@ -233,7 +231,7 @@ def refine(
     count = 0
     best = -np.inf
     for h in falling(screened)[:kept]:
-        density_of(h, pairs, motions, shift, turn, course, density)
+        density_of(h, pairs, motions, table, density)
         for w in range(sizes):
             for p in range(len(density)):
                 weighed[p] = density[p] * pairs.size[w, p] * pairs.like[p]
@@ -249,10 +247,11 @@ def refine(
                     some,
                     factor,
                 )
-                prior = motions.log_prior[h] + seeing.log_sizes[w] + seeing.log_rates[q]
+                prior = motions.log_prior[h] + table.penalty[motions.profile[h]]
+                prior += seeing.log_sizes[w] + seeing.log_rates[q]
                 if bound + prior < best - 7.0:
                     continue
-                to_row[:] = 1.0
+                to_row[:] = free_share(len(seeing.none), labels)
                 found = prior + total + propagate(some, labels, to_row, FEW_ROUNDS + 2, 1e-3)
                 best = max(best, found)
                 which[count, 0], which[count, 1], which[count, 2] = h, w, q
@@ -287,10 +286,14 @@ def infer(
         and whether the marginals under the most probable one are exact.
     """
     n, labels, count = len(seeing.none), len(seeing.anywhere), len(pairs.label)
-    shift = np.empty((len(profiles.kind), count))
-    turn = np.empty((len(angles.turn), count))
-    course = np.empty((len(angles.course), count))
-    tabulate(pairs, profiles, angles, shift, turn, course)
+    table = Table(
+        np.empty((len(profiles.kind), count)),
+        np.empty((len(angles.turn), count)),
+        np.empty((len(angles.course), count)),
+        np.empty(count),
+        np.zeros(len(profiles.kind)),
+    )
+    tabulate(pairs, profiles, angles, table.shift, table.turn, table.course, table.far)
     some = Sparse(
         np.zeros(n + 1, dtype=np.int64),
         np.empty(count, dtype=np.int64),
@@ -305,9 +308,14 @@ def infer(
             mean_like[p] += share * pairs.size[w, p]
     for p in range(count):
         mean_like[p] *= pairs.like[p]
+    likely = np.empty(count)
+    loosely = table.turn[LOOSELY]
+    for p in range(count):
+        likely[p] = mean_like[p] * (0.5 + 0.5 * loosely[p] * 2 * math.pi)
+    find_common(pairs, profiles, seeing, likely, some, table.shift, table.penalty)
     screened = np.empty(len(motions.log_prior))
-    screen(pairs, motions, seeing, shift, turn, course, mean_like, some, screened)
-    which, value = refine(pairs, motions, seeing, shift, turn, course, screened, some)
+    screen(pairs, motions, seeing, table, mean_like, some, screened)
+    which, value = refine(pairs, motions, seeing, table, screened, some)
     order = falling(value)
     best = value[order[0]]
     kept = 0
@@ -319,7 +327,7 @@ def infer(
     messages = np.empty((kept, count))
     for k in range(kept):
         h, w, q = chosen[k]
-        density_of(h, pairs, motions, shift, turn, course, density)
+        density_of(h, pairs, motions, table, density)
         for p in range(count):
             density[p] *= pairs.size[w, p] * pairs.like[p]
         total, _ = weigh(
@@ -333,8 +341,9 @@ def infer(
             some,
             factor,
         )
-        messages[k] = 1.0
-        prior = motions.log_prior[h] + seeing.log_sizes[w] + seeing.log_rates[q]
+        messages[k] = free_share(n, labels)
+        prior = motions.log_prior[h] + table.penalty[motions.profile[h]]
+        prior += seeing.log_sizes[w] + seeing.log_rates[q]
         evidence[k] = prior + total + propagate(some, labels, messages[k], MOST_ROUNDS, 1e-5)
     best = evidence.max()
     share = np.exp(evidence - best)
@@ -342,7 +351,7 @@ def infer(
     exact = False
     for k in range(kept):
         h, w, q = chosen[k]
-        density_of(h, pairs, motions, shift, turn, course, density)
+        density_of(h, pairs, motions, table, density)
         for p in range(count):
             density[p] *= pairs.size[w, p] * pairs.like[p]
         weigh(

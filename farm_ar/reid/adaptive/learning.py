@@ -6,12 +6,40 @@ import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.kernels import compiled
+from farm_ar.reid.adaptive.common import best_motion, occam, residual
 from farm_ar.reid.adaptive.densities import tabulate
 from farm_ar.reid.adaptive.hypotheses import FAMILIES, MOST_SCALES, Hypotheses
 from farm_ar.reid.adaptive.inference import density_of
-from farm_ar.reid.adaptive.records import Concentrations, Motions, Pairs, Profiles, Seeing
+from farm_ar.reid.adaptive.records import (
+    TOGETHER,
+    TURNING,
+    Concentrations,
+    Motions,
+    Pairs,
+    Profiles,
+    Seeing,
+    Table,
+)
 
 _compile = compiled(error_model="numpy")
+
+
+@_compile
+def common_of(pairs: Pairs, profiles: Profiles, chosen: IntArray, table: Table) -> None:
+    """Fill in the densities and penalties of the motion that the chosen pairs share."""
+    belief, middle, way = np.zeros(len(pairs.label)), np.zeros(2), np.zeros(2)
+    for p in chosen:
+        belief[p] = 1.0
+    for r in range(len(profiles.kind)):
+        kind, length = profiles.kind[r], profiles.length[r]
+        if kind >= TOGETHER:
+            turning = kind == TURNING
+            turn, total, moment = best_motion(pairs, belief, length, turning, middle, way)
+            table.penalty[r] = occam(length, total, way, profiles.length.max(), turn, moment, turning)
+            for p in range(len(pairs.label)):
+                east, north = residual(pairs, p, turn, way, middle)
+                rest = (east * east + north * north) / length**2
+                table.shift[r, p] = np.exp(-0.5 * rest) / (2 * np.pi * length**2)
 
 
 @_compile
@@ -25,14 +53,19 @@ def evidence_of(
 ) -> None:
     """Fill (H,) log densities of the chosen pairs, summed, under each motion."""
     count = len(pairs.label)
-    shift = np.empty((len(profiles.kind), count))
-    turn = np.empty((len(angles.turn), count))
-    course = np.empty((len(angles.course), count))
-    tabulate(pairs, profiles, angles, shift, turn, course)
+    table = Table(
+        np.empty((len(profiles.kind), count)),
+        np.empty((len(angles.turn), count)),
+        np.empty((len(angles.course), count)),
+        np.empty(count),
+        np.zeros(len(profiles.kind)),
+    )
+    tabulate(pairs, profiles, angles, table.shift, table.turn, table.course, table.far)
+    common_of(pairs, profiles, chosen, table)
     density = np.empty(count)
     for h in range(len(result)):
-        density_of(h, pairs, motions, shift, turn, course, density)
-        result[h] = 0.0
+        density_of(h, pairs, motions, table, density)
+        result[h] = table.penalty[motions.profile[h]]
         for p in chosen:
             result[h] += np.log(max(density[p], 1e-300))
 

@@ -24,9 +24,6 @@ _LEAST_RISE = 0.02
 _LIFTED = 0.1
 """Share of the objects whose heights change by anything."""
 
-_SOMEWHERE = 0.15
-"""Share, of what goes anywhere, that stays about as near as look-alikes stand."""
-
 
 def spacing_of(layout: Layout) -> float:
     """Median distance from a label to the nearest of its look-alikes, metres: the unit of all lengths.
@@ -139,7 +136,6 @@ def problem_of(
     shift = place[i] - known.place[labels[j]]
     distance = np.hypot(shift[:, 0], shift[:, 1])
     turn, turned, course, course_known = _angles(known, seen.yaw, labels, i, j, shift, distance)
-    nearby = np.exp(-distance) / (2 * np.pi)
     like = np.ones(len(i))
     if options.confusion > 0:
         kinds = max(len(area_of) - 1, 1)
@@ -152,6 +148,10 @@ def problem_of(
     pairs = Pairs(
         start=start.astype(np.int64),
         label=j.astype(np.int64),
+        from_x=known.place[labels[j], 0],
+        from_z=known.place[labels[j], 1],
+        shift_x=shift[:, 0].copy(),
+        shift_z=shift[:, 1].copy(),
         distance=distance,
         turn=turn,
         turned=turned,
@@ -161,7 +161,8 @@ def problem_of(
         size=known.sizes.likeness(sorted_log_sides(seen.size), codes, i, labels[j], options.reliabilities),
         like=like,
         stays=known.fixed[labels[j]],
-        far=_SOMEWHERE * nearby + (1 - _SOMEWHERE) / of_label[j],
+        far=1 / of_label[j],
+        farther=1 / (np.pi * (distance**2 + _NEAR**2) * np.log1p(of_label[j] / np.pi / _NEAR**2)),
     )
     # What is new is as often of a category as labels are.
     share = np.bincount(known.category[labels], minlength=len(area_of)) / max(len(labels), 1)

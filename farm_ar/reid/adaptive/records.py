@@ -6,15 +6,16 @@ from typing import NamedTuple
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 
-GAUSSIAN, EXPONENTIAL, STUDENT, RING = 0, 1, 2, 3
-"""Profiles of how far things move: the last is that of things that all go about as far."""
+GAUSSIAN, EXPONENTIAL, STUDENT, RING, TOGETHER, TURNING = 0, 1, 2, 3, 4, 5
+"""Profiles of how far things move: a ring is that of things that all go about as far; the last two are
+Gaussian about a motion that all share, without and with a turn."""
 
 
 class Profiles(NamedTuple):
     """The R profiles of shifts that are tried.
 
     Args:
-        kind: (R,) `GAUSSIAN`, `EXPONENTIAL`, `STUDENT` or `RING`.
+        kind: (R,) which.
         length: (R,) their scale; for a ring its radius.
         width: (R,) SD of the logarithm of a ring's radius.
     """
@@ -70,6 +71,10 @@ class Pairs(NamedTuple):
     Args:
         start: (N + 1,) where each detection's pairs begin.
         label: (P,) indices.
+        from_x: (P,) where the label stood.
+        from_z: (P,) likewise.
+        shift_x: (P,) from there to the detection.
+        shift_z: (P,) likewise.
         distance: (P,) between the two places.
         turn: (P,) cosine of the turn, in periods of the symmetry.
         turned: (P,) whether that is known.
@@ -79,11 +84,16 @@ class Pairs(NamedTuple):
         size: (W, P) how much likelier the sizes are for each reliability of sizes than for any object.
         like: (P,) weight of all else: category, hint.
         stays: (P,) whether the label's object never moves.
-        far: (P,) density of a place for what has gone anywhere.
+        far: (P,) density of a place for what has gone anywhere: even over all places.
+        farther: (P,) the same, even by the ratio of distances.
     """
 
     start: IntArray
     label: IntArray
+    from_x: FloatArray
+    from_z: FloatArray
+    shift_x: FloatArray
+    shift_z: FloatArray
     distance: FloatArray
     turn: FloatArray
     turned: BoolArray
@@ -94,6 +104,7 @@ class Pairs(NamedTuple):
     like: FloatArray
     stays: BoolArray
     far: FloatArray
+    farther: FloatArray
 
 
 class Seeing(NamedTuple):
@@ -134,3 +145,21 @@ class Sparse(NamedTuple):
     pair: IntArray
     weight: FloatArray
     none: FloatArray
+
+
+class Table(NamedTuple):
+    """Densities of all pairs.
+
+    Args:
+        shift: (R, P) of the shifts of each profile, in the plane.
+        turn: (T, P) of turns, 1 / radian.
+        course: (C, P) how much likelier a course is than any.
+        far: (P,) of what has gone anywhere, place and turn.
+        penalty: (R,) log of the share of a shared motion's prior that counts.
+    """
+
+    shift: FloatArray
+    turn: FloatArray
+    course: FloatArray
+    far: FloatArray
+    penalty: FloatArray

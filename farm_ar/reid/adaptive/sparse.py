@@ -14,12 +14,19 @@ from farm_ar.kernels import compiled
 from farm_ar.reid.adaptive.records import Sparse
 from farm_ar.reid.marginals import exact_marginals
 
+FREE = 20.0
+"""How quickly Bethe's approximation gets better with the number of labels that are left."""
+
 _compile = compiled(error_model="numpy")
 
 
 @_compile
 def propagate(some: Sparse, labels: int, to_row: FloatArray, most_rounds: int, tolerance: float) -> float:
-    """Belief propagation; returns the log of Bethe's approximation of the evidence.
+    """Belief propagation; returns the log of Bethe's approximation of the evidence, corrected.
+
+    Bethe's approximation of the sum over all ways to give n labels to n detections, all alike, is too low by
+    the square root of 2 pi n / e; with labels to spare it is right. In between the correction was found by
+    comparing with exact sums.
 
     Args:
         some: the weights.
@@ -49,7 +56,8 @@ def propagate(some: Sparse, labels: int, to_row: FloatArray, most_rounds: int, t
             to_row[p] = message
         if change < tolerance:
             break
-    evidence = 0.0
+    evidence, unsure = 0.0, 0.0
+    taken = np.zeros(labels)
     for j in range(labels):
         evidence += math.log(crowd[j])
     for i in range(n):
@@ -62,7 +70,16 @@ def propagate(some: Sparse, labels: int, to_row: FloatArray, most_rounds: int, t
                 evidence -= math.log(product)
                 product = 1.0
         evidence += math.log(reach) - math.log(product)
-    return evidence
+        squares = (some.none[i] / reach) ** 2
+        for p in range(some.start[i], some.start[i + 1]):
+            belief = some.weight[p] * to_row[p] / reach
+            squares += belief * belief
+            taken[some.label[p]] += belief
+        unsure += 1.0 - squares
+    free = 0.0
+    for j in range(labels):
+        free += max(taken[j] * (1.0 - taken[j]), 0.0)
+    return evidence + 0.5 * math.log(1.0 + 2 * math.pi / math.e * unsure / (1.0 + FREE * free))
 
 
 @_compile
