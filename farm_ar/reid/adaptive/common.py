@@ -149,12 +149,13 @@ def occam(
 ) -> float:
     """Log of the share of the prior of a shared motion that its posterior takes up.
 
-    The prior of how far is even by ratio, from the scale of what else things do up to the extent.
+    The prior of how far is half Gaussian, of twice the scale of what else things do, and half even by ratio,
+    from that scale up to the extent.
     """
     levels = 0.5 * math.log(1.0 + (extent / length) ** 2) + 0.5
-    share = length**2 / max(total, 1.0)
-    far = way[0] * way[0] + way[1] * way[1] + length**2
-    result = min(math.log(share / (far * levels)), 0.0)
+    square = (way[0] * way[0] + way[1] * way[1]) / length**2
+    density = 0.5 * 0.25 * math.exp(-square / 8) + 0.5 / ((square + 1.0) * levels)
+    result = min(math.log(density / max(total, 1.0)), 0.0)
     if turning:
         sd = length / math.sqrt(max(moment, 1e-12))
         result += min(math.log(sd / TURN_SD), 0.0) - 0.5 * (turn / TURN_SD) ** 2

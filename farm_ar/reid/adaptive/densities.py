@@ -7,6 +7,7 @@ import math
 from farm_ar.arrays import FloatArray
 from farm_ar.kernels import compiled
 from farm_ar.reid.adaptive.records import (
+    AHEAD,
     EXPONENTIAL,
     GAUSSIAN,
     STUDENT,
@@ -45,6 +46,29 @@ def shift_density(kind: int, length: float, width: float, distance: float) -> fl
 
 
 @_compile
+def scaled_bessel(x: float) -> float:
+    """exp(-x) I0(x), x not negative, to 2e-7: Abramowitz and Stegun 9.8.1 and 9.8.2."""
+    if x < 3.75:
+        t = (x / 3.75) ** 2
+        bulk = 1.2067492 + t * (0.2659732 + t * (0.0360768 + t * 0.0045813))
+        return math.exp(-x) * (1.0 + t * (3.5156229 + t * (3.0899424 + t * bulk)))
+    t = 3.75 / x
+    tail = -0.02057706 + t * (0.02635537 + t * (-0.01647633 + t * 0.00392377))
+    bulk = 0.00225319 + t * (-0.00157565 + t * (0.00916281 + t * tail))
+    return (0.39894228 + t * (0.01328592 + t * bulk)) / math.sqrt(x)
+
+
+@_compile
+def density_ahead(length: float, sd: float, distance: float, course: float, known: float) -> float:
+    """Density in the plane of a shift about a place ahead; without a heading, of one in any direction."""
+    if known > 0.0:
+        rest = distance**2 - 2.0 * distance * length * course + length**2
+        return math.exp(-0.5 * rest / sd**2) / (2 * math.pi * sd**2)
+    round_about = scaled_bessel(distance * length / sd**2)
+    return math.exp(-0.5 * ((distance - length) / sd) ** 2) * round_about / (2 * math.pi * sd**2)
+
+
+@_compile
 def tabulate(
     pairs: Pairs,
     profiles: Profiles,
@@ -73,6 +97,10 @@ def tabulate(
         for p in range(count):
             if pairs.stays[p]:
                 shift[r, p] = shift_density(GAUSSIAN, STANDING, 0.0, pairs.distance[p])
+            elif kind == AHEAD:
+                shift[r, p] = density_ahead(
+                    length, width * length, pairs.distance[p], pairs.course[p], pairs.course_known[p]
+                )
             else:
                 shift[r, p] = shift_density(kind, length, width, pairs.distance[p])
     any_turn = 1.0 / (2 * math.pi)

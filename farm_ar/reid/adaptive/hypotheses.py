@@ -11,6 +11,7 @@ from scipy.special import i0e, i1e
 from farm_ar.arrays import FloatArray, IntArray, read_only
 from farm_ar.reid.adaptive.options import AdaptiveOptions
 from farm_ar.reid.adaptive.records import (
+    AHEAD,
     EXPONENTIAL,
     GAUSSIAN,
     RING,
@@ -41,8 +42,8 @@ class Family:
         prior: its share.
         kind: the profile of its shifts.
         far: share of the objects that go anywhere.
-        width: SD of the logarithm of the distance, for a ring.
-        course: for motion along the heading, how much farther courses stray than turns explain.
+        width: SD of the logarithm of the distance, for a ring; ahead, SD as a share of the distance.
+        course: for a ring, how much farther courses stray from the heading than turns explain.
         least: index of the finest scale.
     """
 
@@ -58,17 +59,20 @@ class Family:
 FAMILIES = (
     Family("gaussian", 0.24, GAUSSIAN, 0.003),
     Family("exponential", 0.10, EXPONENTIAL, 0.003),
-    Family("student", 0.06, STUDENT, 0.003),
-    Family("stay or move", 0.10, GAUSSIAN, 0.12),
-    Family("stay or move, many", 0.07, GAUSSIAN, 0.35),
+    Family("student", 0.05, STUDENT, 0.003),
+    Family("stay or move, few", 0.05, STUDENT, 0.04),
+    Family("stay or move", 0.06, GAUSSIAN, 0.12),
+    Family("nudged or moved", 0.06, STUDENT, 0.15),
+    Family("stay or move, many", 0.06, GAUSSIAN, 0.35),
     Family("forward", 0.10, RING, 0.02, 0.25, 1.0, 4),
     Family("forward, swerving", 0.06, RING, 0.02, 0.25, 3.0, 4),
-    Family("forward, speeds differ", 0.08, RING, 0.08, 0.7, 1.0, 4),
-    Family("forward, speeds differ, swerving", 0.06, RING, 0.08, 0.7, 3.0, 4),
-    Family("together", 0.07, TOGETHER, 0.003),
-    Family("together, some not", 0.02, TOGETHER, 0.12),
-    Family("together, turning", 0.03, TURNING, 0.003),
-    Family("together, turning, some not", 0.02, TURNING, 0.12),
+    Family("forward, speeds differ", 0.05, RING, 0.08, 0.7, 1.0, 4),
+    Family("ahead", 0.08, AHEAD, 0.01, 0.5, 0.0, 4),
+    Family("ahead, some far, some not", 0.08, AHEAD, 0.03, 1.0, 0.0, 4),
+    Family("together", 0.30, TOGETHER, 0.003),
+    Family("together, some not", 0.08, TOGETHER, 0.12),
+    Family("together, turning", 0.08, TURNING, 0.003),
+    Family("together, turning, some not", 0.03, TURNING, 0.12),
 )
 """The families that are averaged."""
 
@@ -124,8 +128,9 @@ def hypotheses(options: AdaptiveOptions, scales: int) -> Hypotheses:
     rows: list[tuple[int, int, int, float, int, float, int]] = []
     for f, family in enumerate(FAMILIES):
         forward = family.kind == RING
-        headings = range(len(turns) - 1) if forward else range(len(turns))
-        levels = range(min(family.least, scales - 1), scales)
+        tells = family.kind in (RING, AHEAD)
+        headings = range(len(turns) - 1) if tells else range(len(turns))
+        levels = range(family.least, scales)
         places: dict[int, int] = {}
         for a in levels:
             place = (family.kind, float(scale[a]), family.width)
@@ -138,10 +143,10 @@ def hypotheses(options: AdaptiveOptions, scales: int) -> Hypotheses:
                 sd = float(np.hypot(family.course * 0.35 * turns[t], options.course_sd))
                 courses.append(concentration(sd))
                 course = len(courses) - 1
-            chance = options.turn_shares[t]
-            for a in levels:
-                prior = family.prior * chance * _scale_prior(float(scale[a]), options)
-                rows.append((places[a], t, course, family.far, int(a), prior, f))
+            chance = family.prior * options.turn_shares[t]
+            prior = np.array([_scale_prior(float(scale[a]), options) for a in levels])
+            for a, share in zip(levels, prior / prior.sum(), strict=True):
+                rows.append((places[a], t, course, family.far, int(a), chance * float(share), f))
     columns = list(zip(*rows, strict=True))
     course_kappa = np.array(courses)
     return Hypotheses(

@@ -36,7 +36,10 @@ NEGLIGIBLE = 1e-9
 """Share of a detection's largest weight below which a label is as good as impossible."""
 
 FEW_ROUNDS = 4
-MOST_ROUNDS = 60
+MOST_ROUNDS = 40
+MOST = 100
+"""Motions that are kept of the screened, and hypotheses in the end; where more count they hardly differ."""
+
 WORK = 4e6
 """Additions that are spent on exact marginals, for a snapshot."""
 
@@ -226,6 +229,7 @@ def refine(
     for h in range(len(screened)):
         if screened[h] > top - SCREENED:
             kept += 1
+    kept = min(kept, MOST)
     which = np.empty((kept * sizes * rates, 3), dtype=np.int64)
     value = np.empty(kept * sizes * rates)
     count = 0
@@ -319,7 +323,7 @@ def infer(
     order = falling(value)
     best = value[order[0]]
     kept = 0
-    while kept < len(order) and value[order[kept]] > best + math.log(COUNTS):
+    while kept < min(len(order), MOST) and value[order[kept]] > best + math.log(COUNTS):
         kept += 1
     chosen = which[order[:kept]]
     density, factor = np.empty(count), np.empty(labels)

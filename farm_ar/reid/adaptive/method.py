@@ -26,6 +26,9 @@ from farm_ar.scenes import UNKNOWN, Camera, Scene, Snapshot
 
 _POINTS = 32
 _GOLDEN_ANGLE = float(np.pi * (3 - np.sqrt(5)))
+CLOSED = 0.1
+"""By how much likelier it is that nothing has come or gone where as many are seen as are known."""
+
 _SURE = 0.1
 """By how much at most a detector's being sure lessens the chance that a detection is false."""
 
@@ -206,13 +209,17 @@ class AdaptiveReid(Reidentifier):
         rates = np.array(self.options.rates)
         told = len(problem.pairs.size) > 1
         shares = np.array(self.options.size_shares)
+        log_rates = sharpened(self.disorder, "rates", rates[:, 0])
+        # As many of each category as are known, and all in view: then nothing is likely to have come or gone.
+        hidden = float((1 - inside[0]).sum())
+        log_rates = log_rates + (np.log(CLOSED) * np.exp(-hidden) * problem.complete) * (rates[:, 1] > 0.1)
         return Seeing(
             in_view=inside,
             anywhere=np.full(len(problem.labels), anywhere),
             none=doubt / doubt.mean() / (area * 2 * np.pi),
             unseen=rates[:, 1].copy(),
             new=rates[:, 2] * n,
-            log_rates=sharpened(self.disorder, "rates", rates[:, 0]),
+            log_rates=log_rates - np.log(np.exp(log_rates).sum()),
             log_sizes=sharpened(self.disorder, "sizes", shares) if told else np.zeros(1),
         )
 

@@ -96,6 +96,7 @@ class Problem:
         place: (N, 2) of the detections about the centre, in spacings.
         area: (N,) over which a detection may be of something new, in square spacings.
         extent: of what looks alike, in spacings: no scale is much larger.
+        complete: whether of each category seen there are as many detections as labels.
     """
 
     pairs: Pairs
@@ -103,6 +104,7 @@ class Problem:
     place: FloatArray
     area: FloatArray
     extent: float
+    complete: bool
 
 
 def problem_of(
@@ -168,7 +170,10 @@ def problem_of(
     share = np.bincount(known.category[labels], minlength=len(area_of)) / max(len(labels), 1)
     area = np.where(codes == UNKNOWN, overall, area_of[codes] / np.maximum(share[codes], 1e-9))
     extent = float(np.sqrt(of_label.max(initial=1.0) / np.pi))
-    return Problem(pairs, labels, place, area, extent)
+    seen_of = np.bincount(codes[codes != UNKNOWN], minlength=len(area_of))
+    known_of = np.bincount(known.category[labels], minlength=len(area_of))
+    complete = bool((seen_of == known_of).all())
+    return Problem(pairs, labels, place, area, extent, complete)
 
 
 def _areas(

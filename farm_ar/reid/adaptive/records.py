@@ -6,9 +6,10 @@ from typing import NamedTuple
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 
-GAUSSIAN, EXPONENTIAL, STUDENT, RING, TOGETHER, TURNING = 0, 1, 2, 3, 4, 5
-"""Profiles of how far things move: a ring is that of things that all go about as far; the last two are
-Gaussian about a motion that all share, without and with a turn."""
+GAUSSIAN, EXPONENTIAL, STUDENT, RING, AHEAD, TOGETHER, TURNING = 0, 1, 2, 3, 4, 5, 6
+"""Profiles of how far things move: a ring is that of things that all go about as far; ahead is Gaussian about
+a place ahead of each thing; the last two are Gaussian about a motion that all share, without and with a turn.
+"""
 
 
 class Profiles(NamedTuple):
@@ -17,7 +18,7 @@ class Profiles(NamedTuple):
     Args:
         kind: (R,) which.
         length: (R,) their scale; for a ring its radius.
-        width: (R,) SD of the logarithm of a ring's radius.
+        width: (R,) SD of the logarithm of a ring's radius; ahead, SD as a share of the length.
     """
 
     kind: IntArray
