@@ -131,6 +131,8 @@ def _source(file: Path) -> _Source | None:
     except (OSError, SyntaxError, ValueError):
         return None
     if max(state.st_mtime_ns, state.st_ctime_ns) > _STARTED:
+        if state.st_mtime_ns > time.time_ns():
+            _say_once(f"{file.name} is dated in the future: no machine code is kept (is the clock right?)")
         return None
     inside = file.is_relative_to(_FOLDER)
     name = file.relative_to(_FOLDER).as_posix() if inside else file.name
@@ -150,6 +152,16 @@ def _source(file: Path) -> _Source | None:
                 imports.append(taken)
                 bound[given] = taken
     return _Source(sha256(name.encode() + b"\n" + content).hexdigest(), tuple(imports), bound)
+
+
+@functools.cache
+def _say_once(line: str) -> None:
+    if not _silent():
+        print(f"farm-ar: {line}", file=sys.stderr, flush=True)
+
+
+def _silent() -> bool:
+    return bool(os.environ.get("FARM_AR_QUIET")) or multiprocessing.parent_process() is not None
 
 
 def _imports(tree: ast.AST) -> Iterator[ast.Import | ast.ImportFrom]:
@@ -279,7 +291,7 @@ class _Announcer(event.Listener):
         left = PATIENCE_S - self._spent.get(self._package(event), 0.0)
         self._timer = threading.Timer(max(left, 0.0), self._announce, (self._package(event),))
         self._timer.daemon = True
-        if self._package(event) in COMPILED and not self._silent():
+        if self._package(event) in COMPILED and not _silent():
             self._timer.start()
 
     def on_end(self, event: Any) -> None:
@@ -294,9 +306,6 @@ class _Announcer(event.Listener):
         module: str = event.data["dispatcher"].py_func.__module__ or ""
         top, _, rest = module.partition(".")
         return rest.partition(".")[0] if top == _PACKAGE else ""
-
-    def _silent(self) -> bool:
-        return bool(os.environ.get("FARM_AR_QUIET")) or multiprocessing.parent_process() is not None
 
     def _announce(self, package: str) -> None:
         if package not in self._announced:

@@ -8,6 +8,7 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 import zipfile
 from pathlib import Path
 
@@ -220,6 +221,15 @@ def test_compiling_is_announced_once_for_each_package_and_only_where_it_takes_pl
     )
     assert told(package, ANNOUNCED, FARM_AR_QUIET="") == lines
     assert told(package, ANNOUNCED, FARM_AR_QUIET="") == ""
+
+
+def test_sources_dated_in_the_future_say_why_no_code_is_kept(package):
+    later = time.time() + 3600
+    os.utime(package / "constants.py", (later, later))
+    code = "from farm_ar.one import one\none(1), one(2.0)"
+    line = "farm-ar: constants.py is dated in the future: no machine code is kept (is the clock right?)\n"
+    assert told(package, code, FARM_AR_QUIET="") == line
+    assert told(package, code, FARM_AR_QUIET="1") == ""
 
 
 def test_short_compiling_quiet_processes_and_workers_say_nothing(package):

@@ -249,7 +249,7 @@ def explanation(rule: Reidentifier, snapshot: Snapshot, detection: str) -> str:
     """Why a detection, by its id, gets the label that a rule gives it, or none.
 
     Raises:
-        OptionError: the rule does not explain itself.
+        OptionError: the re-identifier does not explain itself.
         SnapshotError: there is no such detection.
     """
     if type(as_reidentifier(rule)).cost_terms is Reidentifier.cost_terms:

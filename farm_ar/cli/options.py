@@ -59,10 +59,13 @@ def writing(option: str, path: Path) -> Iterator[None]:
     """Make a place that cannot be written a mistake in the option that named it.
 
     Raises:
-        OptionError: the operating system refused what was done inside.
+        OptionError: the operating system refused what was done inside, or the path has a wrong ending.
     """
     try:
         yield
+    except OptionError as problem:
+        named = (problem.field, problem.got) == ("path", str(path))
+        raise OptionError(option, problem.expected, problem.got) if named else problem from None
     except OSError as problem:
         reason = problem.strerror or str(problem)
         raise OptionError(option, f"must be a place that can be written ({reason})", str(path)) from None

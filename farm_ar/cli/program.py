@@ -22,7 +22,7 @@ from farm_ar.cli.scenes import app as scenes
 from farm_ar.cli.scenes import schema
 from farm_ar.cli.stress import design, stress, stress_replay
 from farm_ar.cli.training import evaluate, train, watch
-from farm_ar.errors import InputError, MissingPackageError, UnfinishedError, escaped
+from farm_ar.errors import InputError, MissingPackageError, OptionError, UnfinishedError, escaped
 
 MISTAKE, UNFINISHED, INTERRUPTED = 2, 3, 130
 """Exit codes: the user's mistake, work of which some gave no result, and Ctrl-C."""
@@ -50,7 +50,8 @@ class OneLineMistakes(TyperGroup):
         except UsageError as problem:
             raise _misused(problem) from None
         except (InputError, MissingPackageError, MemoryError) as problem:
-            raise _ended(f"{type(problem).__name__}: {problem}", MISTAKE) from None
+            said = self._as_typed(ctx, problem) if isinstance(problem, OptionError) else problem
+            raise _ended(f"{type(problem).__name__}: {said}", MISTAKE) from None
         except UnfinishedError as problem:
             raise _ended(f"{type(problem).__name__}: {problem}", UNFINISHED) from None
         except OSError as problem:  # a full disk, a place that may not be written, ...
@@ -59,6 +60,16 @@ class OneLineMistakes(TyperGroup):
             raise _ended(f"{type(problem).__name__}: {problem}", MISTAKE) from None
         except KeyboardInterrupt as stopped:
             raise _ended(" ".join(["Interrupted.", *stopped.args]), INTERRUPTED) from None
+
+    def _as_typed(self, ctx: Any, problem: OptionError) -> OptionError:
+        """The error, in which an option of the command is called what it is called on the command line."""
+        command = self.get_command(ctx, ctx.invoked_subcommand or "")
+        for one in (command, *getattr(command, "commands", {}).values()):
+            for parameter in getattr(one, "params", ()):
+                optional = parameter.param_type_name == "option"
+                if optional and parameter.name == problem.field and problem.source is None:
+                    return OptionError(max(parameter.opts, key=len), problem.expected, problem.got)
+        return problem
 
 
 def _misused(problem: Any) -> BaseException:

@@ -183,17 +183,25 @@ def evaluate(
     The score is 0 for a random policy and 1 for the best that any of the policies here found in each episode;
     of several runs it is the interquartile mean, with a 95% bootstrap interval.
     """
-    from farm_ar.agents.packages import need_training
+    import sys
+    from contextlib import ExitStack
 
+    from farm_ar.agents.packages import need_training
+    from farm_ar.agents.policies import check_request
+    from farm_ar.cli.options import code_of, require_trust
+    from farm_ar.cli.output import print_json, print_line, print_table, progress
+
+    given = arguments(arg or [])
+    names = None if beside is None else [name.strip() for name in beside.split(",") if name.strip()]
+    check_request(runs, names, which)
     need_training()
     from farm_ar.agents.training.evaluation import compare
-    from farm_ar.cli.options import code_of, require_trust
-    from farm_ar.cli.output import print_json, print_line, print_table
 
-    names = None if beside is None else [name.strip() for name in beside.split(",") if name.strip()]
     for run in runs:
         require_trust(run, code_of(run, which), trust)
-    found = compare(runs, names, episodes, which, arguments(arg or []), seed, trust)
+    with ExitStack() as shown:
+        watch = shown.enter_context(progress("Playing")) if sys.stderr.isatty() else lambda what, share: None
+        found = compare(runs, names, episodes, which, given, seed, trust, watch)
     if as_json:
         print_json(_as_json(found))
         return
@@ -247,7 +255,8 @@ def watch(
     from farm_ar.agents.packages import need_training
 
     need_training()
-    from farm_ar.agents.policies.trained import policy_and_env, shipped
+    from farm_ar.agents.policies import shipped
+    from farm_ar.agents.policies.trained import policy_and_env
     from farm_ar.cli.options import code_of, make_folder, require_trust, writing
     from farm_ar.cli.output import print_line
     from farm_ar.drawing.video import write_gif, write_mp4

@@ -100,7 +100,7 @@ def poses_nearby(
 ) -> FloatArray:
     """Poses near objects' own.
 
-    A heading near 0 stays near it: were any allowed, turning alone would fool the rule.
+    A heading near 0 stays near it: were any allowed, turning alone would fool the method.
 
     Args:
         turns: (K,) the objects.

@@ -148,7 +148,7 @@ def headroom(setting: Setting) -> Report:
         for unit in units(setting.quick)
     ]
     outcomes = setting.sweep("headroom", every_rule, parameters)
-    return report_of([row for outcome in outcomes for row in outcome.rows], setting.layouts)
+    return report_of([row for outcome in outcomes for row in outcome.rows], setting.layouts, setting.reids)
 
 
 def every_rule(

@@ -30,8 +30,8 @@ MOST_CONFIDENT = 0.8
 _COLOURS = (PAPER, "#777777", OURS, "#5a9a68", "#8b5fa8", "#b3554f", "#4fa3a5")
 
 
-def report_of(rows: Sequence[Row], layouts: int) -> Report:
-    """The report of all rows of `run_unit`."""
+def report_of(rows: Sequence[Row], layouts: int, own: Sequence[str] = ()) -> Report:
+    """The report of all rows of `run_unit`; `own` names the user's re-identifiers."""
     sure = [method for method in methods_of(rows) if answers_by_confidence(rows, method, None)[0].any()]
     worst, where = worst_cell(rows, MAIN_METHOD)
     table = (JITTER,)
@@ -55,6 +55,7 @@ def report_of(rows: Sequence[Row], layouts: int) -> Report:
             f"{accuracy_of_most_confident(rows, MAIN_METHOD, table):.3f}",
             "over the table",
         ),
+        *(_compared(rows, name) for name in own),
     ]
     return Report(
         "headroom",
@@ -65,6 +66,17 @@ def report_of(rows: Sequence[Row], layouts: int) -> Report:
         note="The column of the paper is the paper's method, run here. The table is T 0.1 0.3 0.5 1 by "
         "R 15 30 60 120 by six scenes.",
         tables=tables(rows),
+    )
+
+
+def _compared(rows: Sequence[Row], own: str) -> Comparison:
+    """A re-identifier of the user's beside the paper's method."""
+    worst, where = worst_cell(rows, own)
+    return Comparison(
+        f"mean accuracy over the table, {own}",
+        f"{mean_accuracy(rows, PAPER_METHOD):.4f}",
+        f"{mean_accuracy(rows, own):.4f}",
+        f"least gain {worst:+.3f} at {where}",
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -124,7 +124,7 @@ class Identification(Record):
         object.__setattr__(self, "reason", tuple(one if label is None else None for label, one in why))
 
     def __reduce__(self) -> tuple[type, tuple[object, ...]]:
-        # What works the assurance out holds the rule; a copy needs only what comes out.
+        # What works the assurance out holds the re-identifier; a copy needs only what comes out.
         kind, values = super().__reduce__()
         return kind, (*values[:-2], self._assured, self.reason)
 
@@ -187,7 +187,8 @@ class IdentificationBatch(Record):
         widened: (B,) whether sites were added because the threshold left too few candidates.
         margin: (B, K) as in `Identification`, NaN by default.
         runner_up: (B, K) index of the label, `UNKNOWN` for none and by default.
-        confidence: (B, K) as in `Identification`, NaN by default.
+        sure: (B, K) the confidence, as in `Identification`, or what computes it when it is asked for; NaN by
+            default.
     """
 
     labels: tuple[str, ...]
@@ -197,12 +198,12 @@ class IdentificationBatch(Record):
     widened: BoolArray
     margin: FloatArray = None  # type: ignore[assignment]  # filled in below
     runner_up: IntArray = None  # type: ignore[assignment]
-    confidence: FloatArray = None  # type: ignore[assignment]
+    sure: FloatArray | Callable[[], FloatArray] | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         types = {"label": np.int64, "cost": np.float64, "candidates": np.int64, "widened": np.bool_}
-        types |= {"margin": np.float64, "runner_up": np.int64, "confidence": np.float64}
-        for name, nothing in (("margin", np.nan), ("runner_up", UNKNOWN), ("confidence", np.nan)):
+        types |= {"margin": np.float64, "runner_up": np.int64}
+        for name, nothing in (("margin", np.nan), ("runner_up", UNKNOWN)):
             if getattr(self, name) is None:
                 object.__setattr__(self, name, np.full(np.shape(self.label), nothing))
         for name, dtype in types.items():
@@ -211,9 +212,28 @@ class IdentificationBatch(Record):
     def __len__(self) -> int:
         return len(self.label)
 
+    def __reduce__(self) -> tuple[type, tuple[object, ...]]:
+        kind, values = super().__reduce__()
+        return kind, (*values[:-1], self.confidence)
+
+    @cached_property
+    def confidence(self) -> FloatArray:
+        """(B, K) probability that each answer is right; NaN where not known."""
+        given = self.sure() if callable(self.sure) else self.sure
+        values = np.full(self.label.shape, np.nan) if given is None else given
+        return read_only(values, np.float64)
+
     def names(self, index: int, count: int) -> tuple[str | None, ...]:
         """The labels given to the first `count` detections of one snapshot."""
         return tuple(None if i == UNKNOWN else self.labels[i] for i in self.label[index, :count])
+
+
+def _confidence_of(answers: Sequence[Identification], shape: tuple[int, ...]) -> FloatArray:
+    """The confidence of several answers, rows padded with NaN to a shape (B, K)."""
+    confidence = np.full(shape, np.nan)
+    for row, answer in zip(confidence, answers, strict=True):
+        row[: len(answer.labels)] = answer.confidence
+    return confidence
 
 
 class Reidentifier(ABC):
@@ -244,7 +264,8 @@ class Reidentifier(ABC):
         names, shape = self.scene.layout.labels, batch.yaw.shape
         index = {name: j for j, name in enumerate(names)} | {None: UNKNOWN}
         label, second = np.full(shape, UNKNOWN), np.full(shape, UNKNOWN)
-        cost, rise, confidence = (np.full(shape, np.nan) for _ in range(3))
+        cost, rise = np.full(shape, np.nan), np.full(shape, np.nan)
+        answers: list[Identification] = []
         every, widened = np.empty(len(batch), dtype=np.int64), np.zeros(len(batch), dtype=bool)
         for b in range(len(batch)):
             answer = self.identify(batch.snapshot(b))
@@ -256,11 +277,13 @@ class Reidentifier(ABC):
                 if name not in index:
                     raise SnapshotError("labels", "must be labels of the scene, or None", name)
             label[b, :n] = [index[name] for name in answer.labels]
-            cost[b, :n], confidence[b, :n] = answer.cost, answer.confidence
+            cost[b, :n] = answer.cost
+            answers.append(answer)
             every[b], widened[b] = len(answer.candidates), answer.widened
             if margins:
                 rise[b, :n] = answer.margin
                 second[b, :n] = [index[name] for name in answer.runner_up]
+        confidence = partial(_confidence_of, answers, shape)
         return IdentificationBatch(names, label, cost, every, widened, rise, second, confidence)
 
     def identify_objects(self, objects: Detections, cameras: Sequence[Camera]) -> Identification:

@@ -1,4 +1,4 @@
-"""What the paper's rule has to beat: simpler rules with the same face."""
+"""What the paper's method has to beat: simpler re-identifiers."""
 
 from __future__ import annotations
 

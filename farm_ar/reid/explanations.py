@@ -85,12 +85,12 @@ def explain(reid: Reidentifier, snapshot: Snapshot, detection: int | str) -> Exp
     """Why a detection of a snapshot gets the label that a rule gives it.
 
     Args:
-        reid: the rule.
+        reid: the re-identifier.
         snapshot: what was seen.
         detection: its index or its id.
 
     Raises:
-        OptionError: the rule's costs have no terms.
+        OptionError: the re-identifier's costs have no terms.
         SnapshotError: there is no such detection, or a category is not one of the scene's.
     """
     reid = as_reidentifier(reid)
@@ -124,12 +124,12 @@ def alternatives(reid: Reidentifier, snapshot: Snapshot, k: int) -> list[Identif
     """The k best answers, the best first; fewer where there are not so many different ones.
 
     Args:
-        reid: the rule.
+        reid: the re-identifier.
         snapshot: what was seen.
         k: how many.
 
     Raises:
-        OptionError: k is below 1, or the rule has no costs.
+        OptionError: k is below 1, or the re-identifier has no costs.
         SnapshotError: a detection's category is not one of the scene's.
     """
     cost, names = as_reidentifier(reid).problem(snapshot)

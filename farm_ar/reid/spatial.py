@@ -1,4 +1,4 @@
-"""The paper's rule: identities from where things stand, how they are turned and how large they are."""
+"""The paper's method: identities from where things stand, how they are turned and how large they are."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ _UNKNOWN_SIDES = (np.nan, np.nan, np.nan)
 
 @dataclass(frozen=True)
 class SpatialOptions:
-    """How the paper's rule is applied.
+    """How the paper's method is applied.
 
     Args:
         threshold: of the sites' cumulative probability, 0 (the camera's own site) to 1 (all, the default).
@@ -88,11 +88,11 @@ class SpatialOptions:
 
 
 class SpatialReid(Reidentifier):
-    """The paper's rule for one scene (section 3.2).
+    """The paper's method for one scene (section 3.2).
 
     Args:
         scene: the reference layout and its room.
-        options: how the rule is applied.
+        options: how the method is applied.
         rng: with it, equally good assignments are chosen among at random.
 
     Raises:

@@ -306,13 +306,13 @@ def test_plot_leaves_json_alone(identify, tmp_path):
             ["--reid", "nearest", "--solver", "mip"],
             "OptionError: --solver: must not be given with --reid nearest",
         ),
-        (["--threshold", "1.5"], "OptionError: threshold: must be from 0 to 1, got 1.5"),
+        (["--threshold", "1.5"], "OptionError: --threshold: must be from 0 to 1, got 1.5"),
         (["--weights", "1"], "OptionError: --weights: must be wt,wr, all of them numbers, got '1'"),
         (
             ["--weights", "-1,1"],
             "SceneError: weights.translation: must be a number not below 0, at most 1e6, got -1.0",
         ),
-        (["--solver", "magic"], "OptionError: solver: must be one of lsap, mip, got 'magic'"),
+        (["--solver", "magic"], "OptionError: --solver: must be one of lsap, mip, got 'magic'"),
         (
             ["--room", "5,4"],
             "OptionError: --room: must not be given with a scene in JSON, which has its own size_m",
@@ -321,7 +321,7 @@ def test_plot_leaves_json_alone(identify, tmp_path):
             CSV_CAMERA,
             "OptionError: --camera: must not be given with a snapshot in JSON, which has its own camera",
         ),
-        (["--plot", "answer.gif"], "OptionError: path: must end in .svg or .png, got 'answer.gif'"),
+        (["--plot", "answer.gif"], "OptionError: --plot: must end in .svg or .png, got 'answer.gif'"),
         (["--plot", "taken/answer.svg"], "OptionError: --plot: must be a place that can be written ("),
     ],
 )
@@ -380,7 +380,7 @@ def test_a_wrong_value_in_a_file_is_named(mistake, before, seen, tmp_path):
         "SnapshotError: odd.json: detections[0].category: must be a category or null, got ''"
     )
     assert mistake("identify", "--scene", before, "--snapshot", "odd.txt") == (
-        "OptionError: snapshot: must be a .json or .csv file, got 'odd.txt'"
+        "OptionError: --snapshot: must be a .json or .csv file, got 'odd.txt'"
     )
 
 

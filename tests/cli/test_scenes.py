@@ -139,7 +139,7 @@ def test_the_schema_accepts_what_show_prints(run):
             ["show", "L1", "--snapshot", "--camera", "1,2,3", "--out", "a.svg"],
             "OptionError: --out: must not be given",
         ),
-        (["show", "L1", "--out", "L1.pdf"], "OptionError: path: must end in .svg or .png"),
+        (["show", "L1", "--out", "L1.pdf"], "OptionError: --out: must end in .svg or .png"),
         (
             ["show", "L1", "--out", "taken/L1.svg"],
             "OptionError: --out: must be a place that can be written (",

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from farm_ar.agents.training.evaluation import compare
 from farm_ar.cli.training import arguments
 from farm_ar.errors import OptionError
 
@@ -130,7 +131,7 @@ def test_a_run_that_names_a_module_has_to_be_trusted(mistake, train, tmp_path):
 
 def test_a_run_that_was_not_evaluated_is_watched_as_it_was_last(run, mistake, tiny):
     assert run("train", "one", *tiny).stdout.endswith("farm-ar watch one --which last\n")
-    expected = "OptionError: which: must be last for a run that has not been evaluated yet, got 'best'"
+    expected = "OptionError: --which: must be last for a run that has not been evaluated yet, got 'best'"
     assert mistake("evaluate", "one").startswith(expected)
     beside = ("--beside", "farm-slot", "--arg", "moves=6", "--episodes", 2, "--json")
     rows = json.loads(run("evaluate", "one", "--which", "last", *beside).stdout)["players"]
@@ -176,7 +177,7 @@ def test_mistakes_are_one_line(mistake, train, tmp_path):
         "OptionError: --algo: must be one of maskable-ppo"
     )
     assert mistake("train", "x", "--env", "Farm-v9").startswith(
-        "OptionError: env: must be one that can be made"
+        "OptionError: --env: must be one that can be made"
     )
     assert mistake("train", "x", "--arg", "jiter=easy").startswith(
         "OptionError: argument: must be one of action, animals_a_second, "
@@ -196,7 +197,9 @@ def test_mistakes_are_one_line(mistake, train, tmp_path):
     unrehearsed = mistake("train", "x", "--arg", "visits=2")
     assert "in the surrogate environment (which --imitate 0 --rehearse 0 leave out)" in unrehearsed
     train("one", "--rehearse", 0)
-    assert mistake("evaluate", "one", "--beside", "clever").startswith("OptionError: beside: must be one of")
+    assert mistake("evaluate", "one", "--beside", "clever").startswith(
+        "OptionError: --beside: must be one of"
+    )
     wrong = mistake("evaluate", "one", "--arg", "action=displacement")
     assert wrong.startswith("OptionError: env: must have the actions")
     assert mistake("evaluate", "one", "--arg", "jitter=wild").startswith(
@@ -210,3 +213,21 @@ def test_arguments_are_json_where_they_can_be():
     assert arguments(given) == expected
     with pytest.raises(OptionError):
         arguments(["x"])
+
+
+def test_what_evaluate_cannot_do_is_found_before_the_learners_are_loaded(mistake, monkeypatch):
+    def load():
+        raise AssertionError("the learners are loaded")
+
+    monkeypatch.setattr("farm_ar.agents.packages.need_training", load)
+    assert mistake("evaluate", "nowhere").startswith("OptionError: run: must be the folder of a run")
+    assert mistake("evaluate", "farm-slot", "--beside", "clever").startswith("OptionError: --beside: must be")
+    assert mistake("evaluate", "farm-slot", "--which", "third").startswith("OptionError: --which: must be")
+    assert mistake("evaluate", "farm-slot", "--arg", "easy").startswith("OptionError: --arg: must be NAME")
+
+
+def test_a_comparison_tells_of_every_episode():
+    told: list[tuple[str, float]] = []
+    compare(["farm-slot"], ["constant"], 2, arguments={"moves": 1}, watch=lambda *now: told.append(now))
+    assert [share for _, share in told] == pytest.approx([k / 6 for k in range(1, 7)])
+    assert {what.partition(",")[0] for what, _ in told} == {"constant", "random", "trained"}

@@ -156,6 +156,19 @@ def test_a_report_has_tables_a_figure_and_the_goals(rows):
     assert "likelihood" in found.markdown()
 
 
+def test_a_re_identifier_of_ones_own_is_compared_in_a_line(rows):
+    mine = [
+        row | {"rule": "mine:Class", "accuracy": 0.25} for row in rows if row["rule"] == "spatial-ungated"
+    ]
+    found = report.report_of([*rows, *mine], 2, ["mine:Class"]).comparisons[-1]
+    assert found.what == "mean accuracy over the table, mine:Class"
+    assert found.ours == "0.2500"
+    table = [
+        row["accuracy"] for row in rows if (row["rule"], row["pattern"]) == ("spatial-ungated", "jitter")
+    ]
+    assert found.paper == f"{np.mean(table):.4f}"
+
+
 def test_the_experiment_covers_all_units(monkeypatch):
     asked = []
 

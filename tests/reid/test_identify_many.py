@@ -1,3 +1,4 @@
+import pickle
 from dataclasses import replace
 from typing import Any
 
@@ -7,7 +8,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from farm_ar.errors import SnapshotError
-from farm_ar.reid import IdentificationBatch, SpatialOptions, SpatialReid, batch_accuracy
+from farm_ar.reid import (
+    Assurance,
+    Identification,
+    IdentificationBatch,
+    Reidentifier,
+    SpatialOptions,
+    SpatialReid,
+    batch_accuracy,
+)
 from farm_ar.scenes import (
     Camera,
     LayoutNoise,
@@ -301,3 +310,30 @@ def test_snapshots_of_different_sizes_can_be_stacked(case: tuple[Scene, Snapshot
     for b, snapshot in enumerate(snapshots):
         n = len(snapshot.detections)
         assert found.names(b, n) == SpatialReid(scene).identify(snapshot).labels
+
+
+def test_the_confidence_is_worked_out_when_it_is_asked_for(
+    case: tuple[Scene, SnapshotBatch],
+) -> None:
+    scene, batch = case
+    worked_out: list[int] = []
+
+    class Late(Reidentifier):
+        def __init__(self) -> None:
+            self.scene = scene
+
+        def identify(self, snapshot: Snapshot) -> Identification:
+            n = len(snapshot.detections)
+
+            def assure() -> Assurance:
+                worked_out.append(n)
+                return Assurance(confidence=np.full(n, 0.25))
+
+            return Identification((None,) * n, assurance=assure)
+
+    found = Late().identify_many(batch)
+    assert worked_out == []
+    exists = np.arange(batch.yaw.shape[1]) < batch.count[:, None]
+    np.testing.assert_array_equal(found.confidence, np.where(exists, 0.25, np.nan))
+    assert worked_out == batch.count.tolist()
+    np.testing.assert_array_equal(pickle.loads(pickle.dumps(found)).confidence, found.confidence)

@@ -1,4 +1,4 @@
-"""T1 to T6: what is proven of the paper's rule, as properties of random scenes.
+"""T1 to T6: what is proven of the paper's method, as properties of random scenes.
 
 D(q, p) = w_t |q - p| / l + w_r |sin(yaw difference / 2)| throughout, and sizes agree.
 """

@@ -48,7 +48,7 @@ def test_a_method_that_takes_an_unknown_heading_for_a_number_is_noticed():
 
 
 def changed(change):
-    """The paper's rule with an answer that has been changed."""
+    """The paper's method with an answer that has been changed."""
 
     class Changed:
         calls = itertools.count()

@@ -124,8 +124,8 @@ def _with_budget(env: FarmToTableEnv, share: float) -> FarmToTableEnv:
 
 def _weights_of(name: str) -> bytes:
     """The file that holds what a policy has learnt."""
-    from farm_ar.agents.policies.trained import SHIPPED as MODELS
-    from farm_ar.agents.policies.trained import shipped
+    from farm_ar.agents.policies.base import SHIPPED as MODELS
+    from farm_ar.agents.policies.base import shipped
     from farm_ar.agents.training.checkpoints import MODEL
     from farm_ar.agents.training.run_folder import BEST, RunFolder
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 from farm_ar.envs import FarmToTableEnv
@@ -26,6 +28,16 @@ class Policy(ABC):
         Raises:
             OptionError: it cannot act there.
         """
+
+
+SHIPPED = "models"
+"""The folder beside this file with the policies that come with farm-ar."""
+
+
+def shipped() -> list[str]:
+    """Names of the policies that come with farm-ar."""
+    home = files("farm_ar.agents.policies").joinpath(SHIPPED)
+    return sorted(Path(file.name).stem for file in home.iterdir() if file.name.endswith(".npz"))
 
 
 class Visit:

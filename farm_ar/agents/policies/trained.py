@@ -14,7 +14,7 @@ import torch
 from gymnasium import spaces
 from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
 
-from farm_ar.agents.policies.base import Policy
+from farm_ar.agents.policies.base import SHIPPED, Policy, shipped
 from farm_ar.agents.training.checkpoints import as_written, normalized, read_tensors
 from farm_ar.agents.training.object_policy import ObjectPolicy
 from farm_ar.agents.training.recipes import ALGORITHMS, POLICY_CLASSES
@@ -23,7 +23,7 @@ from farm_ar.envs import FarmToTableEnv
 from farm_ar.envs.registration import check_arguments, make_env
 from farm_ar.errors import OptionError, known_name
 
-SHIPPED, SHIPPED_ENV = "models", "FarmToTable-v0"
+SHIPPED_ENV = "FarmToTable-v0"
 
 
 class TrainedPolicy(Policy):
@@ -168,12 +168,6 @@ def load_weights(path: Path) -> TrainedPolicy:
     policy = ObjectPolicy(observations, actions, lambda _: 0.0, **about["policy_kwargs"])
     policy.load_state_dict(weights)
     return TrainedPolicy(policy, env_kwargs=about["env_kwargs"])
-
-
-def shipped() -> list[str]:
-    """Names of the policies that come with farm-ar."""
-    home = files("farm_ar.agents.policies").joinpath(SHIPPED)
-    return sorted(Path(file.name).stem for file in home.iterdir() if file.name.endswith(".npz"))
 
 
 def load_shipped(name: str) -> TrainedPolicy:

@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import itertools
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 from scipy.stats import trim_mean
 
-from farm_ar.agents.policies import POLICIES, Policy, best_constant, play_episodes
-from farm_ar.agents.policies.trained import load_shipped, policy_and_env, shipped
+from farm_ar.agents.policies import (
+    CONSTANT,
+    POLICIES,
+    Policy,
+    best_constant,
+    check_request,
+    play_episode,
+    shipped,
+)
+from farm_ar.agents.policies.trained import load_shipped, policy_and_env
 from farm_ar.arrays import FloatArray
 from farm_ar.envs import FarmToTableEnv
 from farm_ar.envs.config import EnvConfig
-from farm_ar.errors import OptionError, known_name
+from farm_ar.errors import OptionError
 
 RESAMPLES = 2000
 
@@ -94,8 +103,8 @@ HELD_OUT = 10_000_000
 USUAL = ("analytic", "greedy")
 """The policies that stand beside others where nobody asks for any."""
 
-CONSTANT, TRIES, EPISODES_OF_A_TRY = "constant", 40, 10
-"""The policy that always does the same: how many are tried, in how many episodes each."""
+TRIES, EPISODES_OF_A_TRY = 40, 10
+"""How many constant policies are tried, and in how many episodes each."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,9 +137,14 @@ def held_out(episodes: int, first: int = 0) -> range:
     return range(HELD_OUT + first, HELD_OUT + first + episodes)
 
 
-def play(env: FarmToTableEnv, policy: Policy, seeds: Sequence[int]) -> Played:
-    """Play an episode for each seed."""
-    episodes = play_episodes(env, policy, seeds)
+def play(
+    env: FarmToTableEnv, policy: Policy, seeds: Sequence[int], done: Callable[[], None] = lambda: None
+) -> Played:
+    """Play an episode for each seed; `done` is called after each."""
+    episodes = []
+    for seed in seeds:
+        episodes.append(play_episode(env, policy, seed))
+        done()
     return Played(
         np.array([e.total for e in episodes]),
         np.array([e.wrong_labels for e in episodes], dtype=np.float64),
@@ -188,6 +202,7 @@ def compare(
     arguments: Mapping[str, Any] | None = None,
     seed: int = 0,
     trust: bool = False,
+    watch: Callable[[str, float], None] = lambda what, share: None,
 ) -> Comparison:
     """Play the same held-out episodes with trained policies and with others.
 
@@ -200,30 +215,37 @@ def compare(
         arguments: of the environment, in place of the training's.
         seed: of the policies that need one.
         trust: whether the runs may load code of whoever wrote them, as in `load_policy`.
+        watch: is told, after each episode, what plays and which share of all is done.
 
     Raises:
         RunError: a folder is no run's.
         OptionError: a policy is not known, or cannot act here; or the runs are of several environments.
     """
-    for name in beside or ():
-        known_name("beside", name, (CONSTANT, *POLICIES, *shipped()))
+    check_request(runs, beside, which)
     seeds, pairs = held_out(episodes), [policy_and_env(run, which, arguments, trust) for run in runs]
     env = pairs[0][1]
     for run, (_, other) in zip(runs, pairs, strict=True):
-        names = [field.name for field in fields(EnvConfig)]
-        differing = [n for n in names if getattr(other.config, n) != getattr(env.config, n)]
+        every = [field.name for field in fields(EnvConfig)]
+        differing = [n for n in every if getattr(other.config, n) != getattr(env.config, n)]
         if differing:
             expected = f"must be of the same environment with the same arguments as {runs[0]}"
             raise OptionError("run", f"{expected}, not another {' and '.join(differing)}", run)
     others: dict[str, Sequence[Played]] = {}
-    for name in dict.fromkeys([*(USUAL if beside is None else beside), "random"]):
+    names = list(dict.fromkeys([*(USUAL if beside is None else beside), "random"]))
+    total, count = (len(names) + len(runs)) * episodes, itertools.count(1)
+
+    def counted(name: str) -> Callable[[], None]:
+        return lambda: watch(f"{name}, {episodes} held-out episodes", next(count) / total)
+
+    for name in names:
         try:
-            others[name] = [play(env, _other(name, env, np.random.default_rng(seed)), seeds)]
+            rival = _other(name, env, np.random.default_rng(seed))
+            others[name] = [play(env, rival, seeds, counted(name))]
         except OptionError as problem:
             if beside is None:
                 continue
             raise OptionError("beside", f"must be policies that can act here ({problem})", name) from None
-    played = {"trained": [play(env, policy, seeds) for policy, _ in pairs], **others}
+    played = {"trained": [play(env, one, seeds, counted("trained")) for one, _ in pairs], **others}
     best = best_found([one for several in played.values() for one in several])
     return Comparison(played, best, seed)
 

@@ -101,11 +101,11 @@ def track(reid: Reidentifier, snapshots: Sequence[Snapshot]) -> Tracking:
     the last one.
 
     Args:
-        reid: the rule.
+        reid: the re-identifier.
         snapshots: at least one; some may be empty.
 
     Raises:
-        SnapshotError: there is no snapshot, or the rule refuses one.
+        SnapshotError: there is no snapshot, or the re-identifier refuses one.
     """
     if not snapshots:
         raise SnapshotError("snapshots", "must be at least one", len(snapshots))

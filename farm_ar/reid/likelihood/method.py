@@ -144,7 +144,7 @@ class LikelihoodReid(Reidentifier):
             widened=np.zeros(len(batch), dtype=bool),
             margin=answer.margin,
             runner_up=answer.runner_up,
-            confidence=answer.confidence,
+            sure=answer.confidence,
         )
 
     def identify_objects(self, objects: Detections, cameras: Sequence[Camera]) -> Identification:
