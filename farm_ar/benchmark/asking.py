@@ -64,8 +64,13 @@ def _suite(source: Source) -> Suite:
     if source.kind == "frozen":
         return frozen_suite()
     if source.kind == "authors":
-        return Suite("authors", authors_rows(Path(source.place)))
-    return read_folder(source.place)
+        suite = Suite("authors", authors_rows(Path(source.place)))
+    else:
+        suite = read_folder(source.place)
+    if suite.digest != source.digest:
+        expected = "must stay as it is while methods are asked"
+        raise SnapshotError("folder", expected, "another content", source.place)
+    return suite
 
 
 class Answered(NamedTuple):

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from farm_ar.benchmark.answers import read_answers
+from farm_ar.benchmark.asking import Source
 from farm_ar.benchmark.running import Request, run_benchmark
 from farm_ar.benchmark.suite import Suite, write_folder
-from farm_ar.errors import OptionError
+from farm_ar.errors import OptionError, SnapshotError
 from farm_ar.reid import SquaredDistanceReid
 from farm_ar.sweeps import ProcessExecutor, SerialExecutor
 from tests.benchmark.test_suite import small
@@ -81,6 +82,11 @@ def test_a_run_begun_again_asks_nothing_twice_and_gives_the_same(data: Path):
         for score in values["scores"]:
             score.pop("milliseconds")
     assert first == second
+
+
+def test_a_folder_that_changes_while_it_is_used_is_refused(data: Path):
+    with pytest.raises(SnapshotError, match="folder: must stay as it is while methods are asked"):
+        Source("data", str(data), "0" * 32).examples("board")
 
 
 def answers_of(suite: Suite, **more) -> dict:
