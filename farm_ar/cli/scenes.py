@@ -97,6 +97,51 @@ def validate(
             print_line(f"Note: outside {where} stand {some(away)}")
 
 
+@app.command("import-unity")
+def import_unity(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A Unity scene in text form (.unity).")],
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="The scene file; NAME.json in this folder by default."),
+    ] = None,
+    room: Annotated[
+        str | None,
+        typer.Option(
+            metavar="W,D", help="Width and depth of the room in metres; the file's meshSize by default."
+        ),
+    ] = None,
+    sizes: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Sizes of what has no box collider: CSV with name (guid or category), w, h, d.",
+        ),
+    ] = None,
+    objects: Annotated[
+        str, typer.Option(metavar="NAME", help="Parent of the labelled objects.")
+    ] = "OriginalObjects",
+    sites: Annotated[str, typer.Option(metavar="NAME", help="Parent of the sites.")] = "Sites",
+    templates: Annotated[
+        str, typer.Option(metavar="NAME", help="Parent of an example of each category.")
+    ] = "Templates",
+    path: Annotated[str, typer.Option(metavar="NAME", help="Object with the camera's path.")] = "Path",
+) -> None:
+    """Make a scene file of a Unity scene."""
+    from farm_ar.cli.inputs import room_size
+    from farm_ar.cli.output import print_line
+    from farm_ar.cli.reports import describe
+    from farm_ar.scenes import save_scene
+    from farm_ar.scenes.unity_files import UnityGroups, load_sizes, load_unity_scene
+
+    known = {} if sizes is None else load_sizes(sizes)
+    groups = UnityGroups(objects, sites, templates, path)
+    scene = load_unity_scene(file, None if room is None else room_size(room), known, groups)
+    target = out or Path(f"{file.stem}.json")
+    save_scene(scene, target)
+    print_line(f"{scene.name}: {describe(scene)}")
+    print_line(f"Wrote {target}")
+
+
 KINDS = {
     "scene": "farm_ar.scenes.json_files:SCENE",
     "snapshot": "farm_ar.scenes.json_files:SNAPSHOT",
