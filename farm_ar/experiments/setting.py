@@ -15,7 +15,7 @@ import numpy as np
 from farm_ar.arrays import FloatArray
 from farm_ar.errors import OptionError, SceneError
 from farm_ar.experiments.published import TABLE_1
-from farm_ar.reid import SpatialReid, batch_accuracy
+from farm_ar.reid import Reidentifier, batch_accuracy
 from farm_ar.scenes import (
     Camera,
     LayoutNoise,
@@ -181,7 +181,7 @@ def noisy_snapshots(
     return observe_many(each_pose, path_cameras(scene))
 
 
-def accuracies(reid: SpatialReid, batch: SnapshotBatch, layouts: int) -> FloatArray:
+def accuracies(reid: Reidentifier, batch: SnapshotBatch, layouts: int) -> FloatArray:
     """(layouts, P) accuracy of each snapshot of `noisy_snapshots`; NaN where nothing was detected."""
     assert batch.truth is not None
     found = reid.identify_many(batch)

@@ -8,7 +8,7 @@ from farm_ar.experiments.setting import Setting
 
 SIDES = {"L1": 5, "L2": 8, "M1": 8, "M2": 5, "H1": 7, "H2": 15}
 LOW = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0]
-PAPER = [0.7739, 0.7739, 0.7723, 0.7723]
+PAPER = (0.7739, 0.7739, 0.7739, 0.7723, 0.7723, 0.7723)
 
 
 @pytest.fixture(scope="module")
