@@ -25,7 +25,7 @@ from farm_ar.reid.plausibility.sizes import UNITS
 from farm_ar.reid.registration import RigidMotion, register
 from farm_ar.scenes import UNKNOWN, Camera, Scene, Snapshot
 
-TELLING = 6.0
+TELLING = 6.5
 """Logarithm of the ratio of likelihoods from which on a snapshot is believed to be written down wrongly."""
 
 RIVAL = 2.0
