@@ -31,12 +31,12 @@ HARM_COLUMNS = (
     "endpoint error, m",
     "miscounted animals",
     "physically realizable",
-    "median effort of that",
+    "median D of that",
     "most labels wrong",
-    "median effort of that",
+    "median D of that",
 )
 TIGHTNESS = """\
-How tight the bound of the paper's method is: the least effort found, divided by the certified one,
+How tight the bound of the paper's method is: the least D found, divided by the certified one,
 case by case; and by the simple bound. The game keeps categories apart; the method of the
 paper's synthetic experiments, `--reid spatial-ungated`, does not (`--cases 8 --out out/farm-ungated`, and
 `out/H1-ungated` with `--jitter none`)."""

@@ -47,7 +47,7 @@ def main() -> None:
             ATTACKS["analytic"](oracle, np.random.default_rng(number))
             bound = lower_bound(case, reid)
             certified = "no certificate" if bound.theorem == "none" else f"certified {bound.total:.4f}"
-            print(f"{name}, case {number}: least effort {oracle.least:.4f}, {certified}")
+            print(f"{name}, case {number}: least D {oracle.least:.4f}, {certified}")
 
 
 if __name__ == "__main__":

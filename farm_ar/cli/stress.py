@@ -16,8 +16,8 @@ MOST_DESIGNED = 500
 """Objects that a design places: it compares all pairs."""
 
 LEGEND = (
-    "D: effort summed over the objects moved, each distance / the room's diagonal + sin(turn / 2).",
-    "as a distance: how far an object goes for that effort, without turning.",
+    "D: the paper's distance, summed over the objects moved: metres / the room's diagonal + sin(turn / 2).",
+    "in metres: how far one object goes for that D, without turning.",
     "certified: no attack succeeds with less (the median of the cases); none: there is no theorem.",
     "/ certified: what was found by what is certified, case by case (the median); 1 is exact.",
     "failed: cases broken within the budget, with the exact 95% interval.",
@@ -69,7 +69,9 @@ def stress(
     budget: Annotated[
         float,
         typer.Option(
-            metavar="D", parser=number(), help="Effort that a perturbation may take, summed over the objects."
+            metavar="D",
+            parser=number(),
+            help="Distance that a perturbation may take, summed over the objects.",
         ),
     ] = 1.0,
     jitter: Annotated[
@@ -124,7 +126,7 @@ def stress(
     with writing("--out", out):
         files = write_study(study, summary, out)
     head = (
-        "method", "attack", "median minimum, D", "as a distance", "certified, D", "/ certified", "failed",
+        "method", "attack", "median minimum, D", "in metres", "certified, D", "/ certified", "failed",
         "queries/s",
     )  # fmt: skip
     rows = []
@@ -197,7 +199,7 @@ def stress_replay(
         )
     ]
     print_table(("detection", "is", "was read as", ""), rows)
-    print_line(f"effort {again.effort!r}, {again.wrong} wrong label{'' if again.wrong == 1 else 's'}")
+    print_line(f"D {again.distance!r}, {again.wrong} wrong label{'' if again.wrong == 1 else 's'}")
     if plot is not None:
         from farm_ar.cli.reports import picture_of_identification
 

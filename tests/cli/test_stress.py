@@ -98,7 +98,7 @@ def test_a_player_belongs_to_the_attack_of_players(run, tmp_path):
 
 def test_the_table_is_explained(run, tmp_path):
     result = run(*QUICK, "--out", str(tmp_path))
-    for column in ("D", "as a distance", "certified", "/ certified", "failed", "queries/s"):
+    for column in ("D", "in metres", "certified", "/ certified", "failed", "queries/s"):
         assert f"\n{column}: " in result.stdout
 
 

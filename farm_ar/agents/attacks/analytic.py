@@ -34,7 +34,7 @@ class Analytic(Attack):
         """See `Attack`."""
         crafted = craft_all(oracle, rng)
         for one in crafted:
-            if oracle.left <= 0 or (oracle.cheapest is not None and one.effort >= oracle.least):
+            if oracle.left <= 0 or (oracle.cheapest is not None and one.distance >= oracle.least):
                 break
             home, home_yaw = oracle.case.layout.position, oracle.case.layout.yaw
             scale = np.array(MARGINS)
@@ -54,10 +54,10 @@ def craft_all(oracle: QueryOracle, rng: np.random.Generator) -> list[Crafted]:
         if component.guess > 1.02 * least and len(found) > 3:
             break
         one = craft(case, room, component, rng, STEPS)
-        if one.effort <= oracle.budget:
+        if one.distance <= oracle.budget:
             found.append(one)
-            least = min(least, one.effort)
-    return sorted(found, key=lambda one: one.effort)
+            least = min(least, one.distance)
+    return sorted(found, key=lambda one: one.distance)
 
 
 def cheapest_components(case: Case, model: Model, number: int) -> list[Component]:
@@ -113,7 +113,7 @@ def _smallest(values: FloatArray, number: int) -> list[tuple[int, int]]:
 
 
 def _out_of_view(case: Case) -> FloatArray:
-    """(N,) effort for an object to leave the view; 0 out of view, infinite if it cannot move."""
+    """(N,) distance for an object to leave the view; 0 out of view, infinite if it cannot move."""
     leaving = np.zeros(len(case.layout))
     for i in np.flatnonzero(case.in_view):
         metres = way_out(case.camera, case.layout.position[i], case.scene.size, 0.0)
@@ -122,7 +122,7 @@ def _out_of_view(case: Case) -> FloatArray:
 
 
 def _into_view(case: Case) -> FloatArray:
-    """(N,) about the effort for an object to come into view; 0 in view."""
+    """(N,) about the distance for an object to come into view; 0 in view."""
     polygon = seen_polygon(case.camera, case.scene.size, 0.0)
     ways = [distance_to(polygon, place) / case.scene.diagonal for place in case.layout.position]
     return np.where(case.in_view, 0.0, ways)

@@ -8,13 +8,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from farm_ar.agents.cases import Case
-from farm_ar.agents.effort import efforts
+from farm_ar.agents.distance import distances
 from farm_ar.agents.validity import are_valid
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.reid import Reidentifier, as_reidentifier
 from farm_ar.scenes import Scene, observe_many
 
-WRONG_BINS, EFFORT_BINS = 12, 24
+WRONG_BINS, DISTANCE_BINS = 12, 24
 """Cells of the map of failures: number of wrong labels (the last also more) by share of the budget."""
 
 PATIENCE = 5000
@@ -31,21 +31,21 @@ class Failure:
     Args:
         position: (N, 2) metres.
         yaw: (N,) radians.
-        effort: D summed over the objects.
+        distance: D summed over the objects.
         wrong: number of detections with a wrong label.
         query: which query found it, from 1.
     """
 
     position: FloatArray
     yaw: FloatArray
-    effort: float
+    distance: float
     wrong: int
     query: int
 
 
 @dataclass
 class QueryOracle:
-    """Asks a re-identifier about perturbations of a case, within a number of queries and a budget of effort.
+    """Asks a re-identifier about perturbations of a case, within a number of queries and a budget of D.
 
     Every perturbation is a displacement of the movable objects that keeps them in the room and out of one
     another. One that is not, or takes more than the budget, is not asked about and costs no query.
@@ -54,13 +54,13 @@ class QueryOracle:
         case: the case.
         reid: made for `case.scene`. With a method `identify_many` it is asked about many snapshots at once.
         queries: snapshots that may be identified.
-        budget: effort, D summed over the objects.
+        budget: D summed over the objects.
 
     Attributes:
         asked: queries so far.
-        cheapest: the failure with the least effort.
+        cheapest: the failure with the least distance.
         worst: the failure with the most wrong labels; of those with equally many the cheapest.
-        cells: (WRONG_BINS, EFFORT_BINS) failures found, by wrong labels and effort.
+        cells: (WRONG_BINS, DISTANCE_BINS) failures found, by wrong labels and distance.
         refused: perturbations in a row that were not allowed.
         stuck: whether an attack has ended for that.
     """
@@ -72,7 +72,7 @@ class QueryOracle:
     asked: int = 0
     cheapest: Failure | None = None
     worst: Failure | None = None
-    cells: IntArray = field(default_factory=lambda: np.zeros((WRONG_BINS, EFFORT_BINS), dtype=np.int64))
+    cells: IntArray = field(default_factory=lambda: np.zeros((WRONG_BINS, DISTANCE_BINS), dtype=np.int64))
     refused: int = 0
     stuck: bool = False
 
@@ -83,20 +83,20 @@ class QueryOracle:
 
     @property
     def least(self) -> float:
-        """The least effort of a failure so far; the budget where there is none."""
-        return self.budget if self.cheapest is None else self.cheapest.effort
+        """The least distance of a failure so far; the budget where there is none."""
+        return self.budget if self.cheapest is None else self.cheapest.distance
 
-    def effort(self, position: FloatArray, yaw: FloatArray) -> FloatArray:
+    def distance(self, position: FloatArray, yaw: FloatArray) -> FloatArray:
         """(...) D summed over the objects, of positions (..., N, 2) and yaws (..., N)."""
         case = self.case
-        total: FloatArray = efforts(case.layout, case.scene.diagonal, position, yaw).sum(axis=-1)
+        total: FloatArray = distances(case.layout, case.scene.diagonal, position, yaw).sum(axis=-1)
         return total
 
     def allowed(self, position: FloatArray, yaw: FloatArray) -> BoolArray:
         """(B,) which of B perturbations may be asked about, by positions (B, N, 2) and yaws (B, N)."""
         poses = np.ascontiguousarray(position), np.ascontiguousarray(yaw)
         valid = are_valid(*poses, self.case.constraints)
-        within: BoolArray = valid & (self.effort(position, yaw) <= self.budget)
+        within: BoolArray = valid & (self.distance(position, yaw) <= self.budget)
         return within
 
     def query(self, position: FloatArray, yaw: FloatArray) -> IntArray:
@@ -123,21 +123,21 @@ class QueryOracle:
         failed = np.flatnonzero(wrong > 0)
         if not failed.size:
             return
-        effort = self.effort(position[failed], yaw[failed])
-        column = np.minimum((effort / self.budget * EFFORT_BINS).astype(np.int64), EFFORT_BINS - 1)
+        distance = self.distance(position[failed], yaw[failed])
+        column = np.minimum((distance / self.budget * DISTANCE_BINS).astype(np.int64), DISTANCE_BINS - 1)
         np.add.at(self.cells, (np.minimum(wrong[failed], WRONG_BINS) - 1, column), 1)
 
         def failure(k: int) -> Failure:
             i = failed[k]
             return Failure(
-                position[i].copy(), yaw[i].copy(), float(effort[k]), int(wrong[i]), self.asked + int(i) + 1
+                position[i].copy(), yaw[i].copy(), float(distance[k]), int(wrong[i]), self.asked + int(i) + 1
             )
 
-        k = int(np.argmin(effort))
-        if self.cheapest is None or effort[k] < self.cheapest.effort:
+        k = int(np.argmin(distance))
+        if self.cheapest is None or distance[k] < self.cheapest.distance:
             self.cheapest = failure(k)
-        k = int(np.lexsort((effort, -wrong[failed]))[0])
-        if self.worst is None or (-wrong[failed[k]], effort[k]) < (-self.worst.wrong, self.worst.effort):
+        k = int(np.lexsort((distance, -wrong[failed]))[0])
+        if self.worst is None or (-wrong[failed[k]], distance[k]) < (-self.worst.wrong, self.worst.distance):
             self.worst = failure(k)
 
 

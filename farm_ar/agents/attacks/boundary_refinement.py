@@ -92,7 +92,7 @@ def _steps(oracle: QueryOracle, spread: float, rng: np.random.Generator) -> tupl
     yaw = layout.yaw + back[:, None] * turn + turned
     # A turn that is small may as well not be made.
     yaw = np.where(rng.random(yaw.shape) < 0.1, layout.yaw, yaw)
-    cheaper = oracle.allowed(position, yaw) & (oracle.effort(position, yaw) < found.effort)
+    cheaper = oracle.allowed(position, yaw) & (oracle.distance(position, yaw) < found.distance)
     order = np.argsort(~cheaper, kind="stable")[:BATCH]
     kept = order[cheaper[order]]
     if not kept.size:  # asked about all the same, so that the spread narrows

@@ -40,10 +40,10 @@ class CmaEs(Attack):
 
 
 def _values(oracle: QueryOracle, movers: IntArray, points: FloatArray) -> FloatArray:
-    """(B,) what CMA-ES makes small: the effort of a failure; 2 + the margin of what is none."""
+    """(B,) what CMA-ES makes small: the distance of a failure; 2 + the margin of what is none."""
     position, yaw = displaced(oracle, movers, points)
     wrong = oracle.query(position, yaw)
-    effort = oracle.effort(position, yaw)
+    distance = oracle.distance(position, yaw)
     margin = least_margins(oracle, position, yaw)
-    clear = 2.0 + margin + 0.1 * effort
-    return np.where(wrong == NOT_ASKED, NOT_ALLOWED + effort, np.where(wrong > 0, effort, clear))
+    clear = 2.0 + margin + 0.1 * distance
+    return np.where(wrong == NOT_ASKED, NOT_ALLOWED + distance, np.where(wrong > 0, distance, clear))

@@ -6,14 +6,14 @@ import warnings
 
 import numpy as np
 
-from farm_ar.agents.attacks.base import EFFORT_BINS, NOT_ASKED, WRONG_BINS, Attack, QueryOracle
+from farm_ar.agents.attacks.base import DISTANCE_BINS, NOT_ASKED, WRONG_BINS, Attack, QueryOracle
 from farm_ar.agents.attacks.cost_model import least_margins
 from farm_ar.agents.attacks.displacements import NOT_ALLOWED, displaced, search_objects
 from farm_ar.agents.packages import package
 
 
 class CmaMae(Attack):
-    """CMA-MAE: an archive of failures by wrong labels and effort, filled by evolution strategies."""
+    """CMA-MAE: an archive of failures by wrong labels and distance, filled by evolution strategies."""
 
     def __call__(self, oracle: QueryOracle, rng: np.random.Generator) -> None:
         """See `Attack`.
@@ -33,7 +33,7 @@ class CmaMae(Attack):
             warnings.simplefilter("ignore")
             archive = archives.GridArchive(
                 solution_dim=dimension,
-                dims=(WRONG_BINS, EFFORT_BINS),
+                dims=(WRONG_BINS, DISTANCE_BINS),
                 ranges=[(0.0, float(WRONG_BINS)), (0.0, oracle.budget)],
                 learning_rate=0.1,
                 threshold_min=-NOT_ALLOWED - 1,
@@ -58,9 +58,9 @@ class CmaMae(Attack):
                 points = scheduler.ask()
                 position, yaw = displaced(oracle, movers, points)
                 wrong = oracle.query(position, yaw)
-                effort = oracle.effort(position, yaw)
+                distance = oracle.distance(position, yaw)
                 margin = least_margins(oracle, position, yaw)
-                worth = np.where(wrong == NOT_ASKED, -NOT_ALLOWED, -margin - effort)
-                measures = np.stack([np.maximum(wrong, 0), np.minimum(effort, oracle.budget)], axis=1)
+                worth = np.where(wrong == NOT_ASKED, -NOT_ALLOWED, -margin - distance)
+                measures = np.stack([np.maximum(wrong, 0), np.minimum(distance, oracle.budget)], axis=1)
                 scheduler.tell(worth, measures)
                 stale = stale + 1 if oracle.asked == asked else 0

@@ -18,12 +18,12 @@ NOT_ALLOWED = 10.0
 
 
 def query_scaled(oracle: QueryOracle, shift: FloatArray, turn: FloatArray, share: FloatArray) -> bool:
-    """Ask about displacements scaled to a share of the least effort so far; False if none could be asked."""
+    """Ask about displacements scaled to a share of the least D so far; False if none could be asked."""
     layout = oracle.case.layout
     shift = np.where(layout.fixed[:, None], 0.0, shift)
     turn = np.where(layout.fixed, 0.0, turn)
-    effort = oracle.effort(layout.position + shift, layout.yaw + turn)
-    scale = np.minimum(1.0, share * oracle.least / np.maximum(effort, 1e-12))
+    distance = oracle.distance(layout.position + shift, layout.yaw + turn)
+    scale = np.minimum(1.0, share * oracle.least / np.maximum(distance, 1e-12))
     before = oracle.asked
     oracle.query(layout.position + scale[:, None, None] * shift, layout.yaw + scale[:, None] * turn)
     return oracle.asked > before or oracle.least > 1e-3

@@ -33,7 +33,7 @@ class Greedy(Attack):
                 next_position[each, tries] += way
                 next_yaw[each, tries] += step * rng.normal(size=len(tries))
                 fits = np.flatnonzero(oracle.allowed(next_position, next_yaw))
-                if not fits.size or oracle.effort(position[None], yaw[None])[0] >= oracle.least:
+                if not fits.size or oracle.distance(position[None], yaw[None])[0] >= oracle.least:
                     break
                 margin = least_margins(oracle, next_position[fits], next_yaw[fits])
                 best = int(np.argmin(margin))

@@ -1,4 +1,4 @@
-"""The ladder: every attack in turn within one number of queries, and the least effort of them all."""
+"""The ladder: every attack in turn within one number of queries, and the least distance of them all."""
 
 from __future__ import annotations
 

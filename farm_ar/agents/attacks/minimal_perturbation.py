@@ -22,7 +22,7 @@ GAIN = 1e-6
 """By how much the error is to be the better answer, in cost; and how far inside its limits all is to stay."""
 
 STEEPNESS = 4.0
-"""What a violation costs beside effort: no violation is worth the effort that it saves."""
+"""What a violation costs beside distance: no violation is worth the distance that it saves."""
 
 
 class Component(NamedTuple):
@@ -33,7 +33,7 @@ class Component(NamedTuple):
         closed: whether the last is to be given the first's label; otherwise it is given that of `end`.
         end: the object whose label the last takes; -1 in a cycle.
         hidden: whether that object must not be detected, for its label to be free.
-        guess: about how much effort that takes.
+        guess: about how much distance that takes.
     """
 
     chain: tuple[int, ...]
@@ -59,7 +59,7 @@ class Room(NamedTuple):
         size: (2,) of the room, metres.
         way_weight: of metres, in cost.
         turn_weight: of sin(turn / 2), in cost.
-        rate: the larger weight, in cost per effort.
+        rate: the larger weight, in cost per distance.
         diagonal: metres.
         stretch: (N, N) C_d, by which the label of one multiplies the cost of the other; 1 for the own.
     """
@@ -135,11 +135,11 @@ class Draws(NamedTuple):
 
 
 class Crafted(NamedTuple):
-    """A perturbation: (N, 2) metres, (N,) radians, and its effort; infinite where none was found."""
+    """A perturbation: (N, 2) metres, (N,) radians, and its distance; infinite where none was found."""
 
     position: FloatArray
     yaw: FloatArray
-    effort: float
+    distance: float
 
 
 def craft(
@@ -147,7 +147,7 @@ def craft(
 ) -> Crafted:
     """Search the cheapest displacement after which a component is the better answer.
 
-    An evolution strategy of one parent and one child; its violations cost more than the effort they save.
+    An evolution strategy of one parent and one child; its violations cost more than the distance they save.
     Objects that stand in the way may be moved too.
 
     Args:
@@ -171,9 +171,9 @@ def craft(
         position[chain] += share[:, None] * shift + sideways
         normals = rng.normal(size=(steps, len(movers), 3))
         picks = rng.integers(0, 2 * len(movers), steps)
-        effort = evolve(room, error, position, yaw, Draws(normals, picks))
-        if effort < best.effort:
-            best = Crafted(position, yaw, effort)
+        distance = evolve(room, error, position, yaw, Draws(normals, picks))
+        if distance < best.distance:
+            best = Crafted(position, yaw, distance)
     return best
 
 
@@ -205,7 +205,7 @@ def beyond_view(room: Room, x: float, z: float) -> float:
 
 @compiled
 def violation(room: Room, error: Error, position: FloatArray, yaw: FloatArray) -> float:
-    """By how much a perturbation misses what it is to be, in effort; 0 where it is all of it."""
+    """By how much a perturbation misses what it is to be, in distance; 0 where it is all of it."""
     gain = 0.0
     metres = 0.0
     for k in range(len(error.chain)):
@@ -230,7 +230,7 @@ def violation(room: Room, error: Error, position: FloatArray, yaw: FloatArray) -
 
 
 @compiled
-def effort_in(room: Room, movers: IntArray, position: FloatArray, yaw: FloatArray) -> float:
+def distance_in(room: Room, movers: IntArray, position: FloatArray, yaw: FloatArray) -> float:
     """D with weights 1, summed over the movers."""
     total = 0.0
     for i in movers:
@@ -242,7 +242,7 @@ def effort_in(room: Room, movers: IntArray, position: FloatArray, yaw: FloatArra
 
 @compiled
 def evolve(room: Room, error: Error, position: FloatArray, yaw: FloatArray, draws: Draws) -> float:
-    """Improve a perturbation in place; its effort afterwards, infinite where it still misses something.
+    """Improve a perturbation in place; its distance afterwards, infinite where it still misses something.
 
     Args:
         room: the room.
@@ -256,7 +256,7 @@ def evolve(room: Room, error: Error, position: FloatArray, yaw: FloatArray, draw
     best_position, best_yaw, best = position.copy(), yaw.copy(), np.inf
     spread = 0.05
     missing = violation(room, error, position, yaw)
-    value = effort_in(room, movers, position, yaw) + STEEPNESS * missing
+    value = distance_in(room, movers, position, yaw) + STEEPNESS * missing
     for s in range(len(picks)):
         for m in range(len(movers)):
             i = movers[m]
@@ -273,13 +273,13 @@ def evolve(room: Room, error: Error, position: FloatArray, yaw: FloatArray, draw
             if s % 8 < 2:
                 trial_yaw[i] = room.home_yaw[i]
         missing = violation(room, error, trial_position, trial_yaw)
-        effort = effort_in(room, movers, trial_position, trial_yaw)
-        if missing == 0 and effort < best:
-            best = effort
+        distance = distance_in(room, movers, trial_position, trial_yaw)
+        if missing == 0 and distance < best:
+            best = distance
             best_position[:] = trial_position
             best_yaw[:] = trial_yaw
-        if effort + STEEPNESS * missing < value:
-            value = effort + STEEPNESS * missing
+        if distance + STEEPNESS * missing < value:
+            value = distance + STEEPNESS * missing
             for i in movers:
                 position[i] = trial_position[i]
                 yaw[i] = trial_yaw[i]

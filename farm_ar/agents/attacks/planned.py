@@ -23,8 +23,8 @@ BEAM = 24
 AMBIGUITY_SHARE = 0.5
 """What an object on the verge of being misread is worth beside a wrong label while a plan is unfinished."""
 
-EFFORT_SHARE = 0.5
-"""What a unit of effort takes from that."""
+DISTANCE_SHARE = 0.5
+"""What a unit of distance takes from that."""
 
 CARRIED_ON = (1.0, 1.05, 1.15, 1.3)
 """How far a plan is carried on, for methods that need more than the paper's."""
@@ -114,7 +114,7 @@ def planned_for_most(oracle: QueryOracle, steps: Steps) -> Plans:
             break
         wrong, ambiguity = worth_of(oracle, plans.position, plans.yaw)
         promise = (
-            wrong + AMBIGUITY_SHARE * ambiguity - EFFORT_SHARE * oracle.effort(plans.position, plans.yaw)
+            wrong + AMBIGUITY_SHARE * ambiguity - DISTANCE_SHARE * oracle.distance(plans.position, plans.yaw)
         )
         best = np.argsort(-promise, kind="stable")[:BEAM]
         plans = plans.at(best)
@@ -127,7 +127,7 @@ def planned_for_most(oracle: QueryOracle, steps: Steps) -> Plans:
         np.concatenate([plans.done for plans, _ in met]),
     )
     wrong = np.concatenate([wrong for _, wrong in met])
-    order = np.lexsort((oracle.effort(every.position, every.yaw), -wrong))
+    order = np.lexsort((oracle.distance(every.position, every.yaw), -wrong))
     return every.at(order)
 
 

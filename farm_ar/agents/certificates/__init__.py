@@ -1,4 +1,4 @@
-"""Certificates: how much effort any attack on a case needs at the least."""
+"""Certificates: how much distance any attack on a case needs at the least."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ CERTIFICATES: tuple[Certificate, ...] = (SpatialCertificate(), NearestCertificat
 
 
 def lower_bound(case: Case, reid: Reidentifier) -> Bound:
-    """The bound on the effort of every attack on a case, as far as a theorem covers the re-identifier.
+    """The bound on the distance of every attack on a case, as far as a theorem covers the re-identifier.
 
     Args:
         case: the case.

@@ -1,4 +1,4 @@
-"""What a certificate is, and what it says: the effort that every attack on a case needs at the least."""
+"""What a certificate is, and what it says: the distance that every attack on a case needs at the least."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ class Bound(Record):
     """What no attack on a case can do with less.
 
     Args:
-        total: effort summed over the objects, at the least; infinite where no attack is possible.
-        largest: effort of the object that moves most, at the least.
+        total: distance summed over the objects, at the least; infinite where no attack is possible.
+        largest: distance of the object that moves most, at the least.
         first: the bound on `total` that T1 alone gives.
-        by_object: (N,) total effort after which an object in view has a wrong label, at the least.
+        by_object: (N,) total distance after which an object in view has a wrong label, at the least.
         theorem: what proves it; "none" where nothing does, and all numbers are 0.
     """
 
@@ -35,7 +35,7 @@ class Bound(Record):
 
 
 class Certificate(ABC):
-    """A theorem about the effort of every attack, for the re-identifiers that it covers.
+    """A theorem about the distance of every attack, for the re-identifiers that it covers.
 
     A certificate is a class made without arguments, and is listed in `CERTIFICATES`.
     """

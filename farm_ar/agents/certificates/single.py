@@ -1,4 +1,4 @@
-"""The least effort of a single mover that is to be taken for a label that nobody else holds, compiled."""
+"""The least distance of a single mover that is to be taken for a label that nobody else holds, compiled."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Mover(NamedTuple):
         diagonal: of the room, metres.
         way_weight: of |q - p| / l in the cost, not negative.
         turn_weight: of sin(turn / 2) in the cost, not negative.
-        leaving: effort of the label's object to leave the view.
+        leaving: distance of the label's object to leave the view.
         clear: how far apart the two objects' pivots are at the least, metres.
     """
 
@@ -53,8 +53,8 @@ def turn_gain(turned: float, between: float) -> float:
 
 
 @compiled
-def effort_at(mover: Mover, ahead: float, clear: float) -> float:
-    """Effort of the ways alone, when the way has to win `ahead` (a share of the diagonal).
+def distance_at(mover: Mover, ahead: float, clear: float) -> float:
+    """Distance of the ways alone, when the way has to win `ahead` (a share of the diagonal).
 
     The mover goes so far as to be nearer to the goal by `ahead`; the goal's own object first leaves the view,
     if it must. Both have to be `clear` metres apart in the end: |a| >= |q - goal| + ahead, and the goal's
@@ -66,13 +66,13 @@ def effort_at(mover: Mover, ahead: float, clear: float) -> float:
 
 @compiled
 def single_mover(mover: Mover) -> float:
-    """A lower bound of the effort after which one object is as near, in cost, to a label as to its own.
+    """A lower bound of the distance after which one object is as near, in cost, to a label as to its own.
 
     The turn is cut into parts. Within a part, the turn is not below its lower end, and the way has to win no
     less than at its upper end: so the least over the parts is a bound, and finer parts make it tighter.
 
     Returns:
-        The effort; infinite where no turn and no way is enough.
+        The distance; infinite where no turn and no way is enough.
     """
     reached = np.inf
     for k in range(PARTS + 1):
@@ -90,13 +90,13 @@ def single_mover(mover: Mover) -> float:
 
 @compiled
 def _way(mover: Mover, turned: float) -> float:
-    """The ways' effort after a turn of sin(a / 2) = `turned`."""
+    """The ways' distance after a turn of sin(a / 2) = `turned`."""
     missing = -mover.turn_weight * turn_gain(turned, mover.between)
     if mover.way_weight > 0:
-        return effort_at(mover, missing / mover.way_weight, mover.clear)
+        return distance_at(mover, missing / mover.way_weight, mover.clear)
     if missing > 1e-12:
         return np.inf
-    return effort_at(mover, -1e9, 0.0)
+    return distance_at(mover, -1e9, 0.0)
 
 
 @compiled

@@ -74,7 +74,7 @@ class Costs(NamedTuple):
 
     @property
     def rate(self) -> float:
-        """Cost of a unit of effort, at the most."""
+        """Cost of a unit of distance, at the most."""
         return max(self.way, self.turn)
 
     @property
@@ -140,7 +140,7 @@ def _costs(case: Case, reid: SpatialReid) -> Costs:
 
 
 def _arcs(case: Case, costs: Costs, seen: list[FloatArray], t1: FloatArray) -> FloatArray:
-    """(N, N) half of x_i + D(q_i, p_j) at the least, in effort: T3 with the view."""
+    """(N, N) half of x_i + D(q_i, p_j) at the least, in distance: T3 with the view."""
     layout, diagonal = case.layout, case.scene.diagonal
     arc = t1.copy()
     for i, j in np.argwhere(costs.allowed):
@@ -155,7 +155,7 @@ def _arcs(case: Case, costs: Costs, seen: list[FloatArray], t1: FloatArray) -> F
 def _last_arcs(
     case: Case, costs: Costs, seen: list[FloatArray], arc: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """(N, N) effort of a path's last arc, i to the label of j, which is not detected in the end.
+    """(N, N) distance of a path's last arc, i to the label of j, which is not detected in the end.
 
     First where the arc is the whole path, then where others come before it.
     """
@@ -176,7 +176,7 @@ def _last_arcs(
 
 
 def _leaving(case: Case) -> FloatArray:
-    """(N,) effort of each object to be out of view, at the least."""
+    """(N,) distance of each object to be out of view, at the least."""
     layout, leaving = case.layout, np.zeros(len(case.layout))
     for j in np.flatnonzero(case.in_view):
         inset = float(case.inner_radius[j]) if case.stays_inside[j] else 0.0
@@ -186,7 +186,7 @@ def _leaving(case: Case) -> FloatArray:
 
 
 def _swaps(case: Case, costs: Costs, arc: FloatArray) -> FloatArray:
-    """(N, N) effort after which two objects hold each other's labels, at the least.
+    """(N, N) distance after which two objects hold each other's labels, at the least.
 
     With R for what the headings differ by, in units of the ways, crossing takes R + sqrt(T^2 + s^2 - R^2);
     turning saves no more than it costs as long as the ways weigh no less than the turns.

@@ -26,7 +26,7 @@ from farm_ar.sweeps import Row
 GALLERY, GALLERY_OF_MANY = 6, 3
 """Failures of each kind and re-identifier; of more than two re-identifiers."""
 
-EFFORT = Limits(0.0, 1e9, "effort")
+DISTANCE = Limits(0.0, 1e9, "effort")
 
 Order = Callable[[Row], Any]
 
@@ -115,7 +115,7 @@ REPORT = Document(
                         "reid": Text(about="The re-identifier by name."),
                         "position": Listing(Numbers(2, POSITION, "[x, z] in metres, from -1e6 to 1e6")),
                         "yaw": Listing(Number(ANGLE)),
-                        "effort": Number(EFFORT),
+                        "effort": Number(DISTANCE),
                         "wrong": Whole(0, 10**6),
                     },
                     open=True,
@@ -164,16 +164,16 @@ class Replayed:
         snapshot: what the camera sees after it.
         answer: what the re-identifier says.
         truth: the labels that the detections really are.
-        effort: what it takes now.
+        distance: what it takes now.
         wrong: wrong labels now; -1 if the perturbation is not allowed.
-        same: whether effort and wrong labels are, bit for bit, those of the file.
+        same: whether distance and wrong labels are, bit for bit, those of the file.
     """
 
     case: Case
     snapshot: Snapshot
     answer: Identification
     truth: tuple[str | None, ...]
-    effort: float
+    distance: float
     wrong: int
     same: bool
 
@@ -182,7 +182,7 @@ def replay_failure(failure: Mapping[str, Any]) -> Replayed:
     """Replay a failure.
 
     Args:
-        failure: scene, jitter, seed, case, reid, position, yaw, effort and wrong, as `read_failure` reads.
+        failure: scene, jitter, seed, case, reid, position, yaw, distance and wrong, as `read_failure` reads.
 
     Raises:
         OptionError: the scene has not as many objects, or there is no such scene or re-identifier.
@@ -193,9 +193,9 @@ def replay_failure(failure: Mapping[str, Any]) -> Replayed:
         raise OptionError("position", f"must be those of the scene's {len(case.layout)} objects", len(yaw))
     reid = load_reid(failure["reid"])(case.scene)
     oracle = QueryOracle(case, reid, queries=1, budget=np.inf)
-    effort = float(oracle.effort(position, yaw))
-    oracle.budget = max(effort, 1e-12)
+    distance = float(oracle.distance(position, yaw))
+    oracle.budget = max(distance, 1e-12)
     wrong = int(oracle.query(position[None], yaw[None])[0])
     snapshot, truth = observe(case.layout.with_poses(position, yaw), case.camera)
-    same = effort == failure["effort"] and wrong == failure["wrong"]
-    return Replayed(case, snapshot, reid.identify(snapshot), truth, effort, wrong, same)
+    same = distance == failure["effort"] and wrong == failure["wrong"]
+    return Replayed(case, snapshot, reid.identify(snapshot), truth, distance, wrong, same)

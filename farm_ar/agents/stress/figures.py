@@ -54,7 +54,7 @@ def line_chart(lines: Sequence[Line], x_label: str, y_label: str, x_limit: float
     for line in lines:
         style = "--" if line.bound else "-"
         axes.plot(line.x, line.y, style, color=line.color, linewidth=1.5, label=line.name)
-    axes.set_xlim(0.0, x_limit or 1.0)  # a method may fail with no effort at all
+    axes.set_xlim(0.0, x_limit or 1.0)  # a method may fail with no distance at all
     axes.set_ylim(0.0, 1.02)
     if lines:
         columns = min(len(lines), 4)

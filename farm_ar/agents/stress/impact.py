@@ -10,7 +10,7 @@ import numpy as np
 
 from farm_ar.agents.attacks import wrong_labels
 from farm_ar.agents.cases import Case
-from farm_ar.agents.effort import effort_of
+from farm_ar.agents.distance import distance_of
 from farm_ar.arrays import FloatArray
 from farm_ar.envs.config import EnvConfig
 from farm_ar.game_logic.belief import Tracker
@@ -29,10 +29,10 @@ PLAY_SECONDS = 8.0
 """How long the game is played on after the snapshot."""
 
 
-def realizable_effort(
+def realizable_distance(
     case: Case, reid: Reidentifier, position: FloatArray, yaw: FloatArray, rng: np.random.Generator
 ) -> float | None:
-    """The least effort with which the hand brings a failure about, what it pushes included.
+    """The least distance with which the hand brings a failure about, what it pushes included.
 
     None where it cannot. Tried are several orders of the objects, and going a little further. A visit has the
     moves and the budget of `FarmToTable-v0`; what is out of view when its turn comes cannot be gripped.
@@ -49,7 +49,7 @@ def realizable_effort(
     if len(moved) > EnvConfig().moves:
         return None
     orders = orders_of(moved.tolist(), rng)
-    efforts = [
+    distances = [
         _carried(
             case,
             reid,
@@ -60,7 +60,7 @@ def realizable_effort(
         for further in EXTENSIONS
         for order in orders
     ]
-    return min((effort for effort in efforts if effort is not None), default=None)
+    return min((distance for distance in distances if distance is not None), default=None)
 
 
 def orders_of(objects: Sequence[int], rng: np.random.Generator) -> list[tuple[int, ...]]:
@@ -74,7 +74,7 @@ def orders_of(objects: Sequence[int], rng: np.random.Generator) -> list[tuple[in
 def _carried(
     case: Case, reid: Reidentifier, goal: FloatArray, heading: FloatArray, order: Sequence[int]
 ) -> float | None:
-    """The effort of carrying the objects over in turn; None if no label is wrong after it."""
+    """The distance of carrying the objects over in turn; None if no label is wrong after it."""
     table = Tabletop(case.layout, case.scene.size)
     options = EnvConfig()
     for i in order:
@@ -86,7 +86,7 @@ def _carried(
     after = table.layout
     if not wrong_labels(case, reid, after.position[None], after.yaw[None])[0]:
         return None
-    return effort_of(case.layout, case.scene.diagonal, after.position, after.yaw).total
+    return distance_of(case.layout, case.scene.diagonal, after.position, after.yaw).total
 
 
 class Impact(NamedTuple):

@@ -140,7 +140,7 @@ def _reid_as_json(one: ReidSummary) -> dict[str, Any]:
         "by_hand_median": one.by_hand_median,
         "most_wrong": [None if worst is None else list(worst) for worst in one.most_wrong],
         "most_wrong_median": one.most_wrong_labels,
-        "most_wrong_effort_median": one.most_wrong_effort,
+        "most_wrong_effort_median": one.most_wrong_distance,
         "transfer": {name: list(share) for name, share in one.transfer.items()},
         "attacks": [
             {
@@ -210,7 +210,7 @@ def page_of(study: Study, summary: Summary) -> str:
         keep_trailing_newline=True,
     )
     environment.filters |= {"number": number, "ratio": ratio, "share": share}
-    environment.filters["as_way"] = lambda effort: in_metres(effort, scene)
+    environment.filters["as_way"] = lambda distance: in_metres(distance, scene)
     page = environment.get_template("report.html.j2")
     reach = _reach_of(study, summary.reids)
     groups: dict[tuple[str, str], list[dict[str, Any]]] = {}
@@ -259,12 +259,12 @@ def _charts_of(study: Study, one: ReidSummary, scene: Scene) -> dict[str, str]:
     for row in study.attacked:
         if row["reid"] == one.reid and row["case"] in one.cases:
             cells = cells + np.array(row["cells"])
-    efforts = [study.options.budget if weak.least is None else weak.least for weak in one.weakest]
-    low, high = min(efforts, default=0.0), max(efforts, default=0.0)
-    strength = [(effort - low) / max(high - low, 1e-9) for effort in efforts]
+    distances = [study.options.budget if weak.least is None else weak.least for weak in one.weakest]
+    low, high = min(distances, default=0.0), max(distances, default=0.0)
+    strength = [(distance - low) / max(high - low, 1e-9) for distance in distances]
     charts = {
-        "success": line_chart(lines, "effort", "share of cases broken", reach),
-        "cells": cell_chart(cells.tolist(), "effort", "wrong labels", study.options.budget),
+        "success": line_chart(lines, "D", "share of cases broken", reach),
+        "cells": cell_chart(cells.tolist(), "D", "wrong labels", study.options.budget),
         "cameras": cameras_picture(scene, [weak.camera for weak in one.weakest], strength),
     }
     for name, calibration in (("noise", one.calibration), ("attacked", one.calibration_attacked)):
@@ -279,17 +279,17 @@ def _comparison(reids: Sequence[ReidSummary], reach: float) -> str:
         lines.append(_curve(reach, one.reid, one.best.least, color))
         if one.certified:
             lines.append(_curve(reach, f"{one.reid}, certified", one.bounds, color, bound=True))
-    return line_chart(lines, "effort", "share of cases broken", reach)
+    return line_chart(lines, "D", "share of cases broken", reach)
 
 
 def _curve(reach: float, name: str, least: Sequence[float | None], color: str, bound: bool = False) -> Line:
-    """The share of the cases that fail within each effort, up to `reach`."""
-    efforts = np.linspace(0, reach, POINTS)
-    return Line(name, efforts.tolist(), broken_within(least, efforts).tolist(), color, bound)
+    """The share of the cases that fail within each distance, up to `reach`."""
+    distances = np.linspace(0, reach, POINTS)
+    return Line(name, distances.tolist(), broken_within(least, distances).tolist(), color, bound)
 
 
 def _reach_of(study: Study, reids: Sequence[ReidSummary]) -> float:
-    """How far a curve of efforts need go: to where little happens any more, a round number."""
+    """How far a curve of distances need go: to where little happens any more, a round number."""
     values = [v for one in reids for v in (*one.best.least, *one.bounds) if v is not None]
     top = max(values, default=study.options.budget) * 1.1
     step = 10.0 ** np.floor(np.log10(max(top, 1e-6))) / 2
@@ -316,9 +316,9 @@ def share(value: Share) -> str:
     return f"{100 * value.value:.{digits}f}% ({100 * value.low:.{digits}f}–{100 * value.high:.{digits}f})"
 
 
-def in_metres(effort: float, scene: Scene) -> str:
-    """An effort as the distance that takes it, without turning."""
-    if not np.isfinite(effort):
+def in_metres(distance: float, scene: Scene) -> str:
+    """D as the metres that an object goes for it without turning."""
+    if not np.isfinite(distance):
         return "–"
-    metres = effort * scene.diagonal
+    metres = distance * scene.diagonal
     return f"{100 * metres:.1f} cm" if metres < 1 else f"{metres:.2f} m"

@@ -69,10 +69,10 @@ def median(values: Sequence[float | None]) -> float:
     return float(low) if low == high else float((low + high) / 2)
 
 
-def broken_within(least: Sequence[float | None], efforts: FloatArray) -> FloatArray:
-    """(E,) share of the cases that fail within each effort; None has not failed."""
+def broken_within(least: Sequence[float | None], distances: FloatArray) -> FloatArray:
+    """(E,) share of the cases that fail within each distance; None has not failed."""
     values = np.array([np.inf if value is None else value for value in least])
-    return (values[:, None] <= efforts).mean(axis=0) if values.size else np.zeros(len(efforts))
+    return (values[:, None] <= distances).mean(axis=0) if values.size else np.zeros(len(distances))
 
 
 class Calibration(NamedTuple):
@@ -147,8 +147,8 @@ class ReidSummary:
         miscounts: mean over the cheapest failures; None without the game.
         endpoint_error_m: mean over the cheapest failures.
         by_hand: share of the cheapest failures that are physically realizable; None without the game.
-        by_hand_median: of the efforts that takes, the others counted as infinite; NaN without.
-        most_wrong: (C) wrong labels of each case's worst failure, and its effort; None where nothing failed.
+        by_hand_median: of the distances that takes, the others counted as infinite; NaN without.
+        most_wrong: (C) wrong labels of each case's worst failure, and its D; None where nothing failed.
         labels: label, how often it was misread in a cheapest failure, how often seen, median bound.
         weakest: case, camera, minimum perturbation, bound, most wrong labels; the weakest first.
     """
@@ -185,8 +185,8 @@ class ReidSummary:
         return median([0 if worst is None else worst[0] for worst in self.most_wrong])
 
     @property
-    def most_wrong_effort(self) -> float:
-        """Median effort of the worst failures; NaN without one."""
+    def most_wrong_distance(self) -> float:
+        """Median distance of the worst failures; NaN without one."""
         return median([worst[1] for worst in self.most_wrong if worst is not None])
 
     @property
@@ -233,8 +233,8 @@ def summarise_reid(study: Study, reid: str, labels: Sequence[str]) -> ReidSummar
     by_hand = [failure["by_hand"] for failure in failures if "by_hand" in failure]
     most_wrong = _most_wrong(found, cases)
     weak = [
-        WeakCase(case, tuple(row["camera"]), effort, row["bound"], worst)
-        for case, row, effort, worst in zip(cases, known, least, most_wrong, strict=True)
+        WeakCase(case, tuple(row["camera"]), distance, row["bound"], worst)
+        for case, row, distance, worst in zip(cases, known, least, most_wrong, strict=True)
     ]
     transfer = {}
     for other in study.options.reids:
@@ -260,7 +260,9 @@ def summarise_reid(study: Study, reid: str, labels: Sequence[str]) -> ReidSummar
         transfer=transfer,
         miscounts=float(np.mean(counts)) if counts else None,
         endpoint_error_m=float(np.mean([one["endpoint_error_m"] for one in failures] or [np.nan])),
-        by_hand=share_of(sum(effort is not None for effort in by_hand), len(by_hand)) if by_hand else None,
+        by_hand=share_of(sum(distance is not None for distance in by_hand), len(by_hand))
+        if by_hand
+        else None,
         by_hand_median=median(by_hand),
         most_wrong=most_wrong,
         labels=_weak_labels(labels, known, failures, certified),
@@ -269,7 +271,7 @@ def summarise_reid(study: Study, reid: str, labels: Sequence[str]) -> ReidSummar
 
 
 def _cheapest(rows: Sequence[Row], cases: Sequence[int]) -> list[Row | None]:
-    """The row of the attack with the least effort, case by case."""
+    """The row of the attack with the least distance, case by case."""
     best: dict[int, Row] = {}
     for row in rows:
         if row["least"] is not None:
@@ -280,7 +282,7 @@ def _cheapest(rows: Sequence[Row], cases: Sequence[int]) -> list[Row | None]:
 
 
 def _most_wrong(rows: Sequence[Row], cases: Sequence[int]) -> tuple[tuple[int, float] | None, ...]:
-    """The wrong labels of each case's worst failure, and the least effort of as many."""
+    """The wrong labels of each case's worst failure, and the least distance of as many."""
     worst: dict[int, tuple[int, float]] = {}
     for row in rows:
         if row["worst"] is not None:
@@ -311,11 +313,11 @@ def _attack_summary(
 ) -> AttackSummary:
     """Of an attack; `bounds` is None where nothing is certified."""
     ratios = [
-        None if effort is None else effort / bound
-        for effort, bound in zip(least, bounds or (), strict=bounds is not None)
+        None if distance is None else distance / bound
+        for distance, bound in zip(least, bounds or (), strict=bounds is not None)
         if bound
     ]
-    failed = share_of(sum(effort is not None for effort in least), len(least))
+    failed = share_of(sum(distance is not None for distance in least), len(least))
     tightness = float("nan") if bounds is None else median(ratios)
     return AttackSummary(attack, least, median(least), failed, tightness, pace)
 

@@ -15,8 +15,8 @@ import numpy as np
 from farm_ar.agents.attacks import Failure, QueryOracle, attack_named, wrong_labels
 from farm_ar.agents.cases import Case, draw_case
 from farm_ar.agents.certificates import lower_bound
-from farm_ar.agents.effort import effort_of
-from farm_ar.agents.stress.impact import downstream_impact, realizable_effort
+from farm_ar.agents.distance import distance_of
+from farm_ar.agents.stress.impact import downstream_impact, realizable_distance
 from farm_ar.agents.validity import settle
 from farm_ar.arrays import FloatArray
 from farm_ar.envs.generator import JITTERS, SPREADS, scene_of, unit_of
@@ -41,7 +41,7 @@ class StressOptions:
         attacks: names of attacks, as `attack_named` takes them.
         queries: snapshots that one attack may ask about in one case.
         cases: how many layouts and cameras.
-        budget: effort that a perturbation may take, D summed over the objects.
+        budget: D that a perturbation may take, summed over the objects.
         jitter: how far the layouts stray from the scene's own: none, easy, default or hard.
         seed: where all randomness comes from.
         noise_draws: draws of random noise in each case.
@@ -218,7 +218,7 @@ def attack_case(
         seed: of the stress test.
         attack: the attack's name.
         queries: snapshots that it may ask about.
-        budget: effort that a perturbation may take.
+        budget: distance that a perturbation may take.
         transfer: names of the re-identifiers that its cheapest failure is also shown to.
         unit: the case and the re-identifier.
     """
@@ -234,7 +234,7 @@ def attack_case(
         "attack": attack,
         "asked": oracle.asked,
         "stuck": oracle.stuck,
-        "least": None if oracle.cheapest is None else oracle.cheapest.effort,
+        "least": None if oracle.cheapest is None else oracle.cheapest.distance,
         "cells": oracle.cells.tolist(),
         "cheapest": None,
         "worst": None,
@@ -245,7 +245,7 @@ def attack_case(
             row[name] = _described(oracle, failure, reid, seed)
     if oracle.cheapest is not None:
         if known.layout.fixed.any():
-            row["cheapest"]["by_hand"] = realizable_effort(
+            row["cheapest"]["by_hand"] = realizable_distance(
                 known,
                 oracle.reid,
                 oracle.cheapest.position,
@@ -269,7 +269,7 @@ def _begun(seed: int, unit: CaseUnit) -> tuple[int, str, Case, Reidentifier]:
 def _described(oracle: QueryOracle, failure: Failure, reid: str, seed: int) -> dict[str, Any]:
     """A failure as JSON values, exactly, with what it takes and what it does."""
     case, layout = oracle.case, oracle.case.layout
-    effort = effort_of(layout, case.scene.diagonal, failure.position, failure.yaw)
+    distance = distance_of(layout, case.scene.diagonal, failure.position, failure.yaw)
     make = load_reid(reid)
     rng = np.random.default_rng([seed, case.number, 2])
     impact = downstream_impact(case, make, failure.position, failure.yaw, rng)
@@ -279,10 +279,10 @@ def _described(oracle: QueryOracle, failure: Failure, reid: str, seed: int) -> d
     return {
         "position": failure.position.tolist(),
         "yaw": failure.yaw.tolist(),
-        "effort": failure.effort,
-        "largest": effort.largest,
-        "metres": effort.metres,
-        "degrees": effort.degrees,
+        "effort": failure.distance,
+        "largest": distance.largest,
+        "metres": distance.metres,
+        "degrees": distance.degrees,
         "wrong": failure.wrong,
         "query": failure.query,
         "surprise": surprise(case, failure.position, failure.yaw),

@@ -28,7 +28,7 @@ from farm_ar.agents.attacks.learned import layouts_left
 from farm_ar.agents.attacks.minimal_perturbation import craft, evolve, room_of
 from farm_ar.agents.cases import Case, draw_case
 from farm_ar.agents.certificates import lower_bound
-from farm_ar.agents.effort import effort_of, efforts
+from farm_ar.agents.distance import distance_of, distances
 from farm_ar.agents.policies import AnalyticPolicy
 from farm_ar.envs import FarmToTableEnv
 from farm_ar.errors import InputError, MissingPackageError, OptionError
@@ -72,10 +72,10 @@ def test_attacks_keep_to_queries_and_budget_and_the_certificate(name):
         return
     bound = lower_bound(oracle.case, oracle.reid).total
     for failure in (oracle.cheapest, oracle.worst):
-        assert bound <= failure.effort <= 0.9
+        assert bound <= failure.distance <= 0.9
         position, yaw = failure.position[None], failure.yaw[None]
         assert oracle.allowed(position, yaw)[0]
-        assert oracle.effort(position, yaw)[0] == failure.effort
+        assert oracle.distance(position, yaw)[0] == failure.distance
         assert wrong_labels(oracle.case, oracle.reid, position, yaw)[0] == failure.wrong > 0
         assert 1 <= failure.query <= oracle.asked
     assert oracle.worst.wrong >= oracle.cheapest.wrong
@@ -235,13 +235,13 @@ def test_a_case_in_which_nothing_can_move_is_given_up(name):
     assert oracle.asked <= 64
 
 
-def test_efforts_are_d_with_weights_of_one():
+def test_distances_are_d_with_weights_of_one():
     layout = builtin_scene("farm").layout
     position, yaw = layout.position.copy(), layout.yaw.copy()
     position[0] += [0.03, 0.04]
     yaw[1] += np.pi / 3
-    assert efforts(layout, 2.0, position, yaw)[:3] == pytest.approx([0.025, 0.5, 0.0])
-    whole = effort_of(layout, 2.0, position, yaw)
+    assert distances(layout, 2.0, position, yaw)[:3] == pytest.approx([0.025, 0.5, 0.0])
+    whole = distance_of(layout, 2.0, position, yaw)
     assert (whole.total, whole.largest) == pytest.approx((0.525, 0.5))
     assert (whole.metres, whole.degrees, whole.moved) == (pytest.approx(0.05), pytest.approx(60.0), 2)
 
@@ -283,8 +283,8 @@ def test_crafted_displacements_do_what_they_promise():
     room = room_of(oracle.case, model)
     for component in cheapest_components(oracle.case, model, 12):
         one = craft(oracle.case, room, component, np.random.default_rng(0), 800)
-        if np.isfinite(one.effort):
-            assert oracle.effort(one.position, one.yaw) == pytest.approx(one.effort)
+        if np.isfinite(one.distance):
+            assert oracle.distance(one.position, one.yaw) == pytest.approx(one.distance)
             assert oracle.query(one.position[None], one.yaw[None])[0] > 0
     assert oracle.asked > 3
 
@@ -295,12 +295,12 @@ def test_the_minimal_perturbation_say_the_same_uncompiled(monkeypatch):
     room = room_of(oracle.case, model)
     hidden = next(c for c in cheapest_components(oracle.case, model, 60) if c.hidden and c.end >= 0)
     expected = craft(oracle.case, room, hidden, np.random.default_rng(0), 60, restarts=1)
-    for name in ("cost_of_label", "beyond_view", "violation", "effort_in"):
+    for name in ("cost_of_label", "beyond_view", "violation", "distance_in"):
         monkeypatch.setattr(minimal_perturbation, name, getattr(minimal_perturbation, name).py_func)
     monkeypatch.setattr(minimal_perturbation, "evolve", evolve.py_func)
     assert minimal_perturbation.evolve is not evolve
     again = craft(oracle.case, room, hidden, np.random.default_rng(0), 60, restarts=1)
-    assert again.effort == pytest.approx(expected.effort)
+    assert again.distance == pytest.approx(expected.distance)
     np.testing.assert_allclose(again.position, expected.position)
 
 
@@ -378,7 +378,7 @@ def test_the_worst_failure_becomes_cheaper_and_stays_as_bad():
     oracle.queries += 300
     planned.cheapen_worst(oracle, np.random.default_rng(0))
     assert oracle.worst.wrong >= before.wrong
-    assert oracle.worst.effort < before.effort
+    assert oracle.worst.distance < before.distance
 
 
 def test_worth_counts_what_the_paper_rule_misreads():

@@ -11,7 +11,7 @@ from farm_ar.agents.attacks import Analytic, QueryOracle, wrong_labels
 from farm_ar.agents.cases import Case, draw_case
 from farm_ar.agents.certificates import NO_BOUND, lower_bound, single
 from farm_ar.agents.certificates.single import Mover, single_mover, turn_gain
-from farm_ar.agents.effort import efforts
+from farm_ar.agents.distance import distances
 from farm_ar.reid import REIDENTIFIERS, DistanceReid, LastKnownReid, NearestReid, SpatialOptions, SpatialReid
 from farm_ar.scenes import Camera, FieldOfView, Layout, Scene, Site, Weights, builtin_scene
 
@@ -94,7 +94,7 @@ def test_where_places_are_close_the_tolerance_is_not_all():
 
 
 def test_turning_is_weighed_as_the_rule_does():
-    # Only headings count, half as much as a way does in effort: the whole turn of one, or half of each.
+    # Only headings count, half as much as a way does in distance: the whole turn of one, or half of each.
     case = room([[0.3, 0.5], [0.7, 0.5]], yaw=[0.0, 1.0], weights=(0.0, 0.5))
     found = lower_bound(case, SpatialReid(case.scene))
     assert found.total == pytest.approx(np.sin(0.5), rel=1e-5)
@@ -166,7 +166,7 @@ def test_nothing_below_the_bound_makes_a_label_wrong(name, drawn):
     position = layout.position + share[..., None] * (layout.position[goal] - layout.position) + aside
     yaw = layout.yaw + turn * (layout.yaw[goal] - layout.yaw)
     wrong = oracle.query(position, yaw)
-    each = efforts(layout, case.scene.diagonal, position[wrong > 0], yaw[wrong > 0])
+    each = distances(layout, case.scene.diagonal, position[wrong > 0], yaw[wrong > 0])
     assert np.all(each.sum(axis=1) >= found.total)
     assert np.all(each.max(axis=1, initial=0) >= found.largest * (1 - 1e-9))
     assert found.first <= found.total + 1e-6 or not np.isfinite(found.total)
@@ -182,7 +182,7 @@ def test_no_attack_that_knows_the_rule_goes_below_the_bound(name):
         bound = lower_bound(case, rule).total
         assert bound > 0
         assert oracle.cheapest is not None
-        assert bound <= oracle.cheapest.effort
+        assert bound <= oracle.cheapest.distance
 
 
 def test_the_bound_of_the_paper_rule_is_tight():
@@ -225,7 +225,7 @@ def test_the_single_mover_says_the_same_uncompiled(monkeypatch):
     home, goal, between = np.array([0.3, 0.5]), np.array([0.7, 0.6]), float(np.sin(0.3))
     movers = [Mover(square, home, goal, between, 1.4, way, turn, out, s) for way, turn, out, s in cases]
     expected = [single_mover(mover) for mover in movers]
-    for name in ("turn_gain", "effort_at", "_way", "_least_of_parts"):
+    for name in ("turn_gain", "distance_at", "_way", "_least_of_parts"):
         monkeypatch.setattr(single, name, getattr(single, name).py_func)
     assert [single_mover.py_func(mover) for mover in movers] == pytest.approx(expected)
     # Half of the way and of the turn together, whether by going or by turning; and the other's leaving.
@@ -243,4 +243,4 @@ def test_what_stands_out_of_the_room_may_leave_the_view_nearer_to_its_wall_than_
     # The one leaves the view; the other comes more than half of the way to where it was.
     position = np.array([[[0.05, 0.5], [0.26, 0.5]]])
     assert oracle.query(position, np.zeros((1, 2))).tolist() == [1]
-    assert lower_bound(case, reid).total <= oracle.effort(position, np.zeros((1, 2)))[0]
+    assert lower_bound(case, reid).total <= oracle.distance(position, np.zeros((1, 2)))[0]

@@ -9,7 +9,7 @@ from farm_ar.agents.stress.figures import Line, bar_chart, cell_chart, failure_p
 from farm_ar.agents.stress.study import known_case
 
 
-def test_a_method_that_fails_with_no_effort_at_all_has_a_chart():
+def test_a_method_that_fails_with_no_distance_at_all_has_a_chart():
     drawn = line_chart([Line("none", [0.0, 0.0], [0.0, 1.0], "#000")], "effort", "share", 0.0)
     assert drawn.startswith("<svg")
     assert not re.search(r"\b(nan|inf)\b", drawn)

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 from farm_ar.agents.stress.failures import GALLERY, gallery
 
 
-def row(case, effort, misread, wrong=None, surprise=1.0):
-    failure = {"effort": effort, "wrong": wrong or len(misread), "misread": misread, "surprise": surprise}
+def row(case, distance, misread, wrong=None, surprise=1.0):
+    failure = {"effort": distance, "wrong": wrong or len(misread), "misread": misread, "surprise": surprise}
     return {"reid": "spatial", "case": case, "attack": "a", "cheapest": failure, "worst": failure}
 
 

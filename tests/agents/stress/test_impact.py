@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from farm_ar.agents.attacks import Analytic, QueryOracle
-from farm_ar.agents.stress.impact import ORDERS, orders_of, realizable_effort
+from farm_ar.agents.stress.impact import ORDERS, orders_of, realizable_distance
 from farm_ar.agents.stress.study import known_case
 from farm_ar.reid import REIDENTIFIERS
 
 
 def by_hand(case, reid, position, yaw):
-    return realizable_effort(case, reid, position, yaw, np.random.default_rng(0))
+    return realizable_distance(case, reid, position, yaw, np.random.default_rng(0))
 
 
 def poses(case):
@@ -24,15 +24,15 @@ def failure_of(number):
     return case, oracle.reid, oracle.cheapest
 
 
-def test_a_single_object_is_carried_over_at_little_more_than_the_least_effort():
+def test_a_single_object_is_carried_over_at_little_more_than_the_least_distance():
     for number in range(8):
         case, reid, failure = failure_of(number)
         moved = np.any(failure.position != case.layout.position, axis=1) | (failure.yaw != case.layout.yaw)
         if moved.sum() == 1:
             break
     assert moved.sum() == 1
-    effort = by_hand(case, reid, failure.position, failure.yaw)
-    assert effort == pytest.approx(failure.effort, rel=0.05)
+    distance = by_hand(case, reid, failure.position, failure.yaw)
+    assert distance == pytest.approx(failure.distance, rel=0.05)
 
 
 def test_what_is_out_of_view_cannot_be_gripped():
@@ -52,8 +52,8 @@ def test_a_visit_has_six_moves_and_a_budget():
     position, yaw = poses(case)
     seen = int(np.flatnonzero(case.in_view & case.layout.movable)[0])
     yaw[seen] += np.pi
-    effort = by_hand(case, reid, position, yaw)
-    assert effort is None or effort < 0.8
+    distance = by_hand(case, reid, position, yaw)
+    assert distance is None or distance < 0.8
 
 
 def test_what_breaks_nothing_is_no_failure_by_hand_either():

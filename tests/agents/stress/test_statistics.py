@@ -64,7 +64,7 @@ def test_a_median_counts_what_never_failed_as_infinite():
     assert np.isnan(median([]))
 
 
-def test_the_share_broken_within_an_effort():
+def test_the_share_broken_within_a_distance():
     found = broken_within([0.1, 0.2, None, 0.2], np.array([0.0, 0.1, 0.2, 1.0]))
     assert found.tolist() == [0, 0.25, 0.75, 0.75]
     assert broken_within([], np.array([0.5])).tolist() == [0.0]
@@ -115,8 +115,8 @@ def test_a_case_that_nothing_broke_is_infinitely_far_above_its_bound(least, tigh
 
 
 def test_of_failures_with_as_many_wrong_labels_the_cheapest_is_the_worst():
-    def failure(wrong, effort):
-        return {"wrong": wrong, "effort": effort}
+    def failure(wrong, distance):
+        return {"wrong": wrong, "effort": distance}
 
     worst = {
         "analytic": [failure(2, 0.9), failure(4, 0.9), None],
@@ -124,4 +124,4 @@ def test_of_failures_with_as_many_wrong_labels_the_cheapest_is_the_worst():
     }
     summary = of_three_cases([0.3, 0.3, 0.3], worst)
     assert summary.most_wrong == ((2, 0.4), (4, 0.9), (2, 0.7))
-    assert (summary.most_wrong_labels, summary.most_wrong_effort) == (2.0, 0.7)
+    assert (summary.most_wrong_labels, summary.most_wrong_distance) == (2.0, 0.7)

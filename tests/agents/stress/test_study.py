@@ -56,8 +56,8 @@ def test_every_rule_has_every_attack_and_the_best_of_them(summary):
     for rule in summary.reids:
         assert [one.attack for one in rule.attacks] == ["analytic", "halton", "best"]
         for case in range(3):
-            efforts = [one.least[case] for one in rule.attacks[:2] if one.least[case] is not None]
-            assert rule.best.least[case] == min(efforts, default=None)
+            distances = [one.least[case] for one in rule.attacks[:2] if one.least[case] is not None]
+            assert rule.best.least[case] == min(distances, default=None)
 
 
 def test_certificates_stand_where_a_theorem_does(summary, folder):
@@ -78,7 +78,7 @@ def test_a_failure_always_breaks_the_rule_that_it_was_made_for(summary):
         assert rule.transfer[rule.reid].value == 1.0
 
 
-def test_the_worst_failure_of_a_case_has_most_wrong_labels_and_of_those_least_effort(study, summary):
+def test_the_worst_failure_of_a_case_has_most_wrong_labels_and_of_those_least_distance(study, summary):
     for rule in summary.reids:
         for case, worst in zip(rule.cases, rule.most_wrong, strict=True):
             found = [
@@ -86,8 +86,8 @@ def test_the_worst_failure_of_a_case_has_most_wrong_labels_and_of_those_least_ef
                 for row in study.attacked
                 if (row["reid"], row["case"]) == (rule.reid, case) and row["worst"] is not None
             ]
-            wrong, effort = min(found)
-            assert worst == (-wrong, effort)
+            wrong, distance = min(found)
+            assert worst == (-wrong, distance)
 
 
 def test_the_game_suffers_from_wrong_labels(summary):
@@ -104,8 +104,8 @@ def test_a_rule_that_says_how_sure_it_is_is_calibrated(summary):
 
 def test_the_weakest_come_first(summary):
     rule = summary.reids[0]
-    efforts = [np.inf if weak.least is None else weak.least for weak in rule.weakest]
-    assert efforts == sorted(efforts)
+    distances = [np.inf if weak.least is None else weak.least for weak in rule.weakest]
+    assert distances == sorted(distances)
     assert [row[1] for row in rule.labels] == sorted((row[1] for row in rule.labels), reverse=True)
     assert sum(row[1] for row in rule.labels) >= 3
 
@@ -119,7 +119,7 @@ def test_the_page_needs_nothing_else(folder):
     assert "farm-ar stress --scene farm --compare spatial,likelihood,nearest" in page
     assert "<script" not in page
     for reid in ("spatial", "likelihood", "nearest"):
-        part = page.partition(f"{reid}: success against effort")[2].partition("</section>")[0]
+        part = page.partition(f"{reid}: success against D")[2].partition("</section>")[0]
         assert "<td" in part
 
 

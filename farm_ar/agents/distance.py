@@ -1,4 +1,7 @@
-"""The one unit of effort: D of poses with both weights 1."""
+"""The distance D of poses with both weights 1: what stress tests measure perturbations by.
+
+The environments' effort is another number: metres by the diagonal plus radians by half a turn.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from farm_ar.scenes import Layout
 
 
 @dataclass(frozen=True)
-class Effort:
+class Distance:
     """What a perturbation took.
 
     Args:
@@ -30,7 +33,7 @@ class Effort:
     moved: int
 
 
-def efforts(layout: Layout, diagonal: float, position: FloatArray, yaw: FloatArray) -> FloatArray:
+def distances(layout: Layout, diagonal: float, position: FloatArray, yaw: FloatArray) -> FloatArray:
     """D(q, p) = |q - p| / l + sin(|yaw difference| / 2) of every object.
 
     Args:
@@ -40,7 +43,7 @@ def efforts(layout: Layout, diagonal: float, position: FloatArray, yaw: FloatArr
         yaw: (..., N) how they are turned, radians.
 
     Returns:
-        (..., N) efforts, at most 1 for the turn.
+        (..., N) distances, at most 1 for the turn.
     """
     shift = position - layout.position
     away = np.sqrt(shift[..., 0] ** 2 + shift[..., 1] ** 2) / diagonal
@@ -48,12 +51,12 @@ def efforts(layout: Layout, diagonal: float, position: FloatArray, yaw: FloatArr
     return turned
 
 
-def effort_of(layout: Layout, diagonal: float, position: FloatArray, yaw: FloatArray) -> Effort:
-    """The effort of one perturbation: position (N, 2), yaw (N,)."""
-    each = efforts(layout, diagonal, position, yaw)
+def distance_of(layout: Layout, diagonal: float, position: FloatArray, yaw: FloatArray) -> Distance:
+    """The distance of one perturbation: position (N, 2), yaw (N,)."""
+    each = distances(layout, diagonal, position, yaw)
     metres = np.linalg.norm(position - layout.position, axis=-1)
     turn = np.abs(wrap(yaw - layout.yaw))
-    return Effort(
+    return Distance(
         total=float(each.sum()),
         largest=float(each.max(initial=0.0)),
         metres=float(metres.sum()),
