@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.kernels import compiled
 from farm_ar.reid.likelihood.motions import WALL
@@ -82,53 +84,66 @@ def view_probability(
         last: the one after the last of them.
         result: filled.
     """
-    models, view = known.models, known.camera
-    points, farthest = len(models.offset), 0.0
+    # Arrays are taken out of their records once: each time, their users would be counted.
+    offset, scale, view = known.models.offset, known.models.translation_sd, known.camera
+    position, elevation, room = labels.position, labels.elevation, labels.room
+    eye = np.empty((last - first, 7))
+    for b in range(first, last):
+        eye[b - first, 0], eye[b - first, 1] = eyes.position[b, 0], eyes.position[b, 1]
+        eye[b - first, 2], eye[b - first, 3] = math.sin(eyes.yaw[b]), math.cos(eyes.yaw[b])
+        eye[b - first, 4] = eyes.height[b]
+        eye[b - first, 5], eye[b - first, 6] = math.sin(eyes.pitch[b]), math.cos(eyes.pitch[b])
+    points, farthest = len(offset), 0.0
     for q in range(points):
-        farthest = max(farthest, math.hypot(models.offset[q, 0], models.offset[q, 1]))
-    for j in range(len(labels.yaw)):
-        for a in range(len(models.translation_sd)):
-            sd = models.translation_sd[a]
+        farthest = max(farthest, math.hypot(offset[q, 0], offset[q, 1]))
+    for j in range(len(position)):
+        for a in range(len(scale)):
+            sd = scale[a]
             result[a, j] = 0.0
             reach, near = view.range_m + farthest * sd, False
-            for b in range(first, last):
-                x, z = (
-                    labels.position[j, 0] - eyes.position[b, 0],
-                    labels.position[j, 1] - eyes.position[b, 1],
-                )
+            for b in range(len(eye)):
+                x, z = position[j, 0] - eye[b, 0], position[j, 1] - eye[b, 1]
                 near = near or not x * x + z * z > reach * reach
             if not near:
                 continue
             inside = 0
             for q in range(points):
-                x = labels.position[j, 0] + sd * models.offset[q, 0]
-                z = labels.position[j, 1] + sd * models.offset[q, 1]
-                if labels.room[0] < math.inf:
-                    x, z = min(max(x, 0.0), labels.room[0]), min(max(z, 0.0), labels.room[1])
-                for b in range(first, last):
-                    if in_view(view, eyes, found, b, x, labels.elevation[j], z):
+                x = position[j, 0] + sd * offset[q, 0]
+                z = position[j, 1] + sd * offset[q, 1]
+                if room[0] < math.inf:
+                    x, z = min(max(x, 0.0), room[0]), min(max(z, 0.0), room[1])
+                for b in range(len(eye)):
+                    if in_view(view, eye, b, x, elevation[j], z) and not (
+                        view.occlusion and hidden(found, first + b, eye[b, 0], eye[b, 1], x, z)
+                    ):
                         inside += 1
                         break
             result[a, j] = inside / points
 
 
 @_compile
-def in_view(view: View, eyes: Eyes, found: Found, b: int, x: float, y: float, z: float) -> bool:
-    """Whether camera b sees a place, metres, if its detections do not hide it."""
-    dx, dz = x - eyes.position[b, 0], z - eyes.position[b, 1]
-    sine, cosine = math.sin(eyes.yaw[b]), math.cos(eyes.yaw[b])
+def in_view(view: View, eye: FloatArray, b: int, x: float, y: float, z: float) -> bool:
+    """Whether camera b sees a place, metres, if nothing hides it.
+
+    Args:
+        view: what every camera sees.
+        eye: (B, 7) x, z, sine and cosine of the yaw, height, sine and cosine of the pitch.
+        b: the camera.
+        x: of the place.
+        y: of the place.
+        z: of the place.
+    """
+    dx, dz, sine, cosine = x - eye[b, 0], z - eye[b, 1], eye[b, 2], eye[b, 3]
     square = dx * dx + dz * dz
     right, ahead = dx * cosine - dz * sine, dx * sine + dz * cosine
     limit = view.right if right >= 0.0 else view.left
     if square > view.range_m * view.range_m or ahead < limit * math.sqrt(square):
         return False
     if view.vertical:
-        rise, level = math.sin(eyes.pitch[b]), math.cos(eyes.pitch[b])
-        above = y - eyes.height[b]
+        above, rise, level = y - eye[b, 4], eye[b, 5], eye[b, 6]
         up, forward = above * level - ahead * rise, above * rise + ahead * level
-        if not (forward > 0.0 and -view.down <= math.atan2(up, forward) <= view.up):
-            return False
-    return not (view.occlusion and hidden(found, b, eyes.position[b, 0], eyes.position[b, 1], x, z))
+        return forward > 0.0 and -view.down <= math.atan2(up, forward) <= view.up
+    return True
 
 
 @_compile
