@@ -377,3 +377,53 @@ def test_arrays_that_are_no_poses_are_refused(poses, message):
     with pytest.raises(SceneError, match=message):
         from_poses(["a"], **poses)
     assert World("openxr").read([(1, 2, 3)]).elevation.tolist() == [2]
+
+
+def places(value: Any, path: tuple[str | int, ...] = ()) -> list[tuple[str | int, ...]]:
+    inner = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    return [path, *(place for key, item in inner for place in places(item, (*path, key)))]
+
+
+def replaced(value: Any, path: tuple[str | int, ...], new: Any) -> Any:
+    if not path:
+        return new
+    value = value.copy()
+    value[path[0]] = replaced(value[path[0]], path[1:], new)
+    return value
+
+
+ODD = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.sampled_from(["", "m", "ros", "opencv", "1"]),
+    st.floats(),
+    st.integers(),
+    st.lists(st.floats(-2, 2), max_size=5),
+    st.lists(st.lists(st.floats(-2, 2), min_size=2, max_size=4), max_size=5),
+    st.dictionaries(
+        st.sampled_from(["x", "y", "z", "size", "size_m", "yaw_deg", "matrix"]), st.floats(), max_size=3
+    ),
+)
+
+
+@given(WRITERS, st.booleans(), st.data(), ODD)
+def test_whatever_stands_anywhere_is_read_or_refused_and_what_is_read_fits_the_schema(
+    write, scene, data, odd
+):
+    file = both(write, 0)[0 if scene else 1]
+    if scene:
+        file["bounds"] = data.draw(
+            st.sampled_from([file["bounds"], {"size": [4, 3], "origin": [1, 2], "yaw_deg": 20}])
+        )
+    changed = replaced(file, data.draw(st.sampled_from(places(file))), odd)
+    read, document = (scene_from_dict, SCENE) if scene else (snapshot_from_dict, SNAPSHOT)
+    wrong = None
+    try:
+        read(changed, "file.json")
+    except InputError as problem:
+        wrong = str(problem)
+    if wrong is None:
+        assert jsonschema.Draft202012Validator(document.schema()).is_valid(changed)
+    else:
+        assert wrong.startswith("file.json: ")
+        assert "\n" not in wrong
