@@ -128,7 +128,7 @@ def _sources(request: Request) -> list[tuple[Source, Suite]]:
         every = Suite(found[0][1].name, tuple(row for _, suite in found for row in suite.rows))
         chosen = {row.name for row in every.only(request.rows).rows}
         found = [
-            (source, Suite(suite.name, tuple(row for row in suite.rows if row.name in chosen)))
+            (source, suite.only([name for name in suite.by_name if name in chosen]))
             for source, suite in found
         ]
         found = [(source, suite) for source, suite in found if suite.rows]

@@ -142,14 +142,18 @@ class Suite:
     Args:
         name: its name, with its version.
         rows: the rows, each with a name of its own.
+        part_of: the hash of the whole suite, where this is a part of one.
     """
 
     name: str
     rows: tuple[SuiteRow, ...]
+    part_of: str = ""
 
     @cached_property
     def digest(self) -> str:
-        """Hash of all that is in it: 32 hexadecimal digits."""
+        """Hash of all that is in the whole suite: 32 hexadecimal digits."""
+        if self.part_of:
+            return self.part_of
         whole = sha256()
         for line in self.lines():
             whole.update(line.encode() + b"\n")
@@ -169,7 +173,7 @@ class Suite:
 
     def first(self, number: int) -> Suite:
         """The same with at most so many snapshots of each row."""
-        return Suite(self.name, tuple(row.first(number) for row in self.rows))
+        return Suite(self.name, tuple(row.first(number) for row in self.rows), self.digest)
 
     def only(self, names: Sequence[str]) -> Suite:
         """The same with some of the rows.
@@ -181,7 +185,7 @@ class Suite:
             if name not in self.by_name:
                 known = ", ".join(self.by_name)
                 raise OptionError("--rows", f"must be one or several of {known}", name)
-        return Suite(self.name, tuple(row for row in self.rows if row.name in names))
+        return Suite(self.name, tuple(row for row in self.rows if row.name in names), self.digest)
 
 
 def made_examples(row: Row, seed: int, count: int) -> list[Example]:

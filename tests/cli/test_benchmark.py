@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from farm_ar.benchmark.frozen import DIGEST
+
 LINES = [f"{frame},{i},{frame + 9 * i},{i}" for frame in range(30) for i in range(3)]
 
 
@@ -57,6 +59,7 @@ def test_an_export_has_one_scene_and_one_snapshot_for_each_and_its_answers_are_s
     mine = tmp_path / "mine.json"
     mine.write_text(json.dumps({"suite": "benchmark-1", "method": "mine", "answers": answers}))
     out = run("benchmark", "--score", mine, "--rows", asked, "--out", tmp_path / "out", "--json").stdout
+    assert json.loads(out)["digest"] == index["digest"] == DIGEST  # that of all rows, whichever are asked for
     scores = {(one["method"], one["row"]): one for one in json.loads(out)["scores"]}
     for row in asked.split(","):
         assert scores["mine", row]["accuracy"] == scores["nearest", row]["accuracy"]
