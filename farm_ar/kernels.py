@@ -320,11 +320,11 @@ PATIENCE_S = 0.5
 COMPILED = {
     "agents": ("planning and attacks", 30),
     "drawing": ("drawing", 10),
-    "envs": ("the environment", 15),
+    "envs": ("the environment", 10),
     "experiments": ("the experiments", 5),
-    "game_logic": ("the game", 25),
+    "game_logic": ("the game", 10),
     "geometry": ("geometry", 5),
-    "reid": ("identification", 40),
+    "reid": ("identification", 15),
 }
 """What each package's kernels are for, and the seconds of processor that compiling them takes."""
 

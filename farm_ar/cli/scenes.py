@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from farm_ar.cli.output import saying
+
 app = typer.Typer(no_args_is_help=True, help="List, draw and check scenes.")
 
 NameOrFile = Annotated[
@@ -31,6 +33,7 @@ def list_scenes() -> None:
 
 
 @app.command()
+@saying("Drawing")
 def show(
     scene: NameOrFile,
     out: Annotated[
@@ -78,6 +81,7 @@ def show(
 
 
 @app.command()
+@saying("Checking")
 def validate(
     file: Annotated[str, typer.Argument(metavar="FILE", help="A scene file (.json, or .csv with --room).")],
     room: Room = None,
@@ -98,6 +102,7 @@ def validate(
 
 
 @app.command("import-unity")
+@saying("Reading the Unity scene")
 def import_unity(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A Unity scene in text form (.unity).")],
     out: Annotated[

@@ -102,7 +102,7 @@ def stress(
     from farm_ar.agents.stress import StressOptions, run_stress, summarise, write_study
     from farm_ar.agents.stress.report import in_metres, number, ratio, share
     from farm_ar.cli.options import make_folder, writing
-    from farm_ar.cli.output import print_line, print_table
+    from farm_ar.cli.output import print_line, print_table, saying
     from farm_ar.envs.generator import scene_of
     from farm_ar.sweeps import make_executor
     from farm_ar.sweeps.progress import shown
@@ -122,8 +122,8 @@ def stress(
     with executor, shown(Console(stderr=True)) as watch:
         study = run_stress(options, out / "stress.sqlite", executor, watch)
     room = scene_of(scene, game=False)
-    summary = summarise(study, room.layout.labels)
-    with writing("--out", out):
+    with saying("Drawing what failed, and writing the report"), writing("--out", out):
+        summary = summarise(study, room.layout.labels)
         files = write_study(study, summary, out)
     head = (
         "method", "attack", "median minimum, D", "in metres", "certified, D", "/ certified", "failed",
