@@ -5,6 +5,7 @@ import sys
 
 import pytest
 
+from farm_ar.cli import output
 from farm_ar.cli.stress import attacks_asked_for
 from farm_ar.drawing.palette import WRONG
 from farm_ar.scenes import load_scene
@@ -13,10 +14,13 @@ from farm_ar.sweeps.unit import code_version, load_function
 QUICK = ["stress", "--cases", "2", "--queries", "60", "--attack", "analytic"]
 
 
-def test_a_stress_test_writes_its_files_and_prints_its_numbers(run, tmp_path):
+def test_a_stress_test_writes_its_files_and_prints_its_numbers(run, tmp_path, monkeypatch):
+    monkeypatch.delenv("FARM_AR_QUIET")
+    monkeypatch.setattr(output, "PATIENCE_S", 0.01)
     result = run(*QUICK, "--out", str(tmp_path))
     assert result.exit_code == 0
     assert "spatial" in result.stdout
+    assert "writing the report ..." in result.stderr
     assert {"stress.html", "stress.json", "stress.csv"} <= {path.name for path in tmp_path.iterdir()}
 
 
