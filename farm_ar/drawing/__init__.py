@@ -1,7 +1,6 @@
 """Figures of scenes, identifications and explanations from above."""
 
-from farm_ar.drawing.explanations import draw_explanation
-from farm_ar.drawing.identifications import draw_identification
+from farm_ar.drawing.identifications import draw_explanation, draw_identification
 from farm_ar.drawing.labels import place_labels
 from farm_ar.drawing.palette import category_fills
 from farm_ar.drawing.pictures import new_picture, save_picture, set_up_axes, widen

@@ -16,7 +16,7 @@ from farm_ar.geometry import direction, footprint_corners
 MOST_NAMES = 40
 """Categories that a legend explains."""
 
-_NOTCH = 0.2
+_NOTCH = 0.27
 """Height of a heading mark as a part of the footprint's shorter side."""
 
 
@@ -84,7 +84,7 @@ def draw_outlines(
 def draw_headings(
     axes: Axes, position: FloatArray, yaw: FloatArray, size: FloatArray, which: Sequence[int]
 ) -> list[Polygon]:
-    """A small triangle in the footprints at the indices `which`, pointing at the middle of the front.
+    """A sharp triangle in the footprints at the indices `which`: its tip is the middle of the front.
 
     Other arrays as in `draw_filled`, whose footprints they lie on.
     """
@@ -92,7 +92,7 @@ def draw_headings(
     tip = position + ahead * size[:, 2, None] / 2
     height = _notch(size)[:, None]
     base = tip - height * ahead
-    triangles = np.stack([tip, base + 0.6 * height * aside, base - 0.6 * height * aside], axis=1)
+    triangles = np.stack([tip, base + 0.3 * height * aside, base - 0.3 * height * aside], axis=1)
     level = _level(size)
     marks = [Polygon(triangles[i], facecolor=INK, linewidth=0.0, zorder=level[i]) for i in which]
     for mark in marks:

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
-from farm_ar.envs.ordering import Objects, introduce
+from farm_ar.envs.table import Objects, introduce
 from farm_ar.game_logic import visibility
 from farm_ar.geometry.angles import wrap_angle
 from farm_ar.geometry.camera import Eye, sees

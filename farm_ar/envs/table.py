@@ -1,15 +1,17 @@
-"""The table as an agent meets it: what stands where, what is believed, what the camera sees."""
+"""The table as an agent meets it: what stands where, what is believed and seen, and in which order."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
-from farm_ar.envs.ordering import line_up
 from farm_ar.game_logic import visibility
+from farm_ar.geometry.camera import Eye, bearing_to
+from farm_ar.kernels import compiled
 from farm_ar.scenes import Camera, Layout, Scene
 
 
@@ -62,3 +64,79 @@ def meeting_order(layout: Layout, camera: Camera) -> IntArray:
     order, angle = np.empty(len(layout), dtype=np.int64), np.empty(len(layout))
     line_up(visibility.eye_of(camera), layout.position, layout.category_code, layout.fixed, angle, order)
     return order
+
+
+class Objects(NamedTuple):
+    """M objects in the order in which an agent meets them, which stays the same for an episode.
+
+    Args:
+        number: (M,) how the layout numbers them.
+        kind: (M,) their kinds.
+        fixed: (M,) whether they never move.
+        rivals: (M, W) those of their kind in the same order, as the layout numbers them; -1 for none.
+    """
+
+    number: IntArray
+    kind: IntArray
+    fixed: BoolArray
+    rivals: IntArray
+
+    @classmethod
+    def unmet(cls, layout: Layout) -> Objects:
+        """Room for the objects of a layout."""
+        m, widest = len(layout), int(np.bincount(layout.category_code).max())
+        number, kind = np.zeros(m, dtype=np.int64), np.zeros(m, dtype=np.int64)
+        return cls(number, kind, np.zeros(m, dtype=np.bool_), np.zeros((m, widest), dtype=np.int64))
+
+
+@compiled
+def line_up(
+    eye: Eye, place: FloatArray, kind: IntArray, fixed: BoolArray, angle: FloatArray, order: IntArray
+) -> None:
+    """Sort objects: those that move first, then by kind, then from left to right as a camera sees them.
+
+    Args:
+        eye: the camera, as `visibility.eye_of` has it.
+        place: (M, 2) metres.
+        kind: (M,) their kinds.
+        fixed: (M,) whether they never move.
+        angle: (M,) filled with how far to the right of where it looks each is, radians.
+        order: (M,) filled with their numbers.
+    """
+    for i in range(len(place)):
+        angle[i] = bearing_to(eye, place[i, 0], place[i, 1])
+        k = i
+        while k > 0:
+            j = order[k - 1]
+            if fixed[j] != fixed[i]:
+                before = bool(fixed[i] < fixed[j])
+            elif kind[j] != kind[i]:
+                before = bool(kind[i] < kind[j])
+            else:
+                before = bool(angle[i] < angle[j])
+            if not before:
+                break
+            order[k] = j
+            k -= 1
+        order[k] = i
+
+
+@compiled
+def introduce(order: IntArray, kind: IntArray, fixed: BoolArray, objects: Objects) -> None:
+    """Fill in the objects as they are met.
+
+    Args:
+        order: (M,) their numbers in the order in which they are met.
+        kind: (M,) by number.
+        fixed: (M,) by number.
+        objects: filled.
+    """
+    objects.rivals[:] = -1
+    for k in range(len(order)):
+        i = order[k]
+        objects.number[k], objects.kind[k], objects.fixed[k] = i, kind[i], fixed[i]
+        column = 0
+        for j in order:
+            if kind[j] == kind[i]:
+                objects.rivals[k, column] = j
+                column += 1

@@ -2,9 +2,8 @@
 
 from farm_ar.sweeps.errors import StoreError, UnfinishedSweepError
 from farm_ar.sweeps.executors import EXECUTORS, make_executor
-from farm_ar.sweeps.executors.base import Executor
+from farm_ar.sweeps.executors.base import Executor, SerialExecutor
 from farm_ar.sweeps.executors.process import ProcessExecutor
-from farm_ar.sweeps.executors.serial import SerialExecutor
 from farm_ar.sweeps.results import Failure, Results
 from farm_ar.sweeps.run import Standing, Watcher, run_sweep
 from farm_ar.sweeps.store import Store

@@ -10,8 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from farm_ar.sweeps.errors import StoreError, of_the_store
-from farm_ar.sweeps.executors.base import Attempt, Executor
-from farm_ar.sweeps.executors.serial import SerialExecutor
+from farm_ar.sweeps.executors.base import Attempt, Executor, SerialExecutor
 from farm_ar.sweeps.leases import Presence
 from farm_ar.sweeps.results import KILLS, Failure, Results
 from farm_ar.sweeps.store import Store

@@ -86,6 +86,8 @@ def test_a_triangle_points_along_the_heading_of_all_but_round_things() -> None:
         np.testing.assert_allclose(mark[0], position + ahead * size[2] / 2)
         pointing = mark[0] - mark[1:].mean(axis=0)
         np.testing.assert_allclose(pointing / np.hypot(*pointing), ahead)
+        # Only one of its corners can be the tip.
+        assert np.hypot(*pointing) > 1.5 * np.hypot(*(mark[1] - mark[2]))
 
 
 def test_another_layout_of_the_objects_is_drawn_in_its_own_place() -> None:

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from farm_ar.envs import ordering
-from farm_ar.envs.ordering import Objects, introduce, line_up
-from farm_ar.envs.table import meeting_order
+from farm_ar.envs import table as ordering
+from farm_ar.envs.table import Objects, introduce, line_up, meeting_order
 from farm_ar.game_logic import visibility
 from farm_ar.game_logic.headset import random_camera
 from farm_ar.geometry import bearing

@@ -5,7 +5,7 @@ import pytest
 from numba.core.dispatcher import Dispatcher
 from pymunk._chipmunk_cffi import ffi, lib
 
-from farm_ar.envs import FarmToTableEnv, features, ordering
+from farm_ar.envs import FarmToTableEnv, features, table
 from farm_ar.game_logic import farm_game, phases, visibility
 from farm_ar.game_logic.animals import arrival, curve_intersection, flock, obstacle_avoidance, routes
 from farm_ar.game_logic.animals.curve_intersection import NOWHERE
@@ -38,7 +38,7 @@ AHEAD = look_at(np.array([0.6, -0.3]), np.array([0.6, 0.4]), field_of_view("phot
 MODULES = (
     *(angles, arc_length, camera, rectangles, arrival, curve_intersection, obstacle_avoidance, routes),
     *(gripper, limits, overlap_resolution, proximity, sleeping, space, stepping, trajectory),
-    *(velocity_control, flock, phases, farm_game, visibility, ordering, features),
+    *(velocity_control, flock, phases, farm_game, visibility, table, features),
 )
 
 

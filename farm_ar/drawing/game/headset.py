@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 
 from farm_ar.drawing.game import animals
 from farm_ar.drawing.game.atlas import Atlas
-from farm_ar.drawing.game.belief_overlay import draw_belief_overlay
-from farm_ar.drawing.game.colours import Image, label_colours
+from farm_ar.drawing.game.colours import Colour, Image, darker, label_colours
 from farm_ar.drawing.game.floating_labels import FloatingLabels
 from farm_ar.drawing.game.header import draw_header, header_height
-from farm_ar.drawing.game.overlays import freeze, ice_block
+from farm_ar.drawing.game.marks import displaced
+from farm_ar.drawing.game.overlays import freeze, ice_block, tint_area
 from farm_ar.drawing.game.perspective import upright_places, upright_scale
-from farm_ar.drawing.game.pinhole import Pinhole
+from farm_ar.drawing.game.pinhole import Pinhole, before_camera
 from farm_ar.drawing.game.pixels import Distances
 from farm_ar.drawing.game.real_things import RealThings, upright_number
 from farm_ar.drawing.game.scenery import Scenery
+from farm_ar.drawing.game.sprites import SHIFT, fixed_point
 from farm_ar.game_logic.render_state import RenderState
+from farm_ar.geometry import footprint_corners
 from farm_ar.scenes import Camera, Scene
 
 _HOPS = 160.0
@@ -120,3 +123,41 @@ def _dim_outside(image: Image, camera: Camera, view: Pinhole) -> None:
     bottom = int(np.clip(view.middle[1] + below, 0, len(image)))
     image[:top] //= 3
     image[bottom:] //= 3
+
+
+_GLASS = 0.22
+_FARTHEST_PX = 4000.0
+
+
+def draw_belief_overlay(image: Image, state: RenderState, view: Pinhole, colours: tuple[Colour, ...]) -> None:
+    """Outline every object that is not where its label is believed to be, in the label's colour, there.
+
+    Args:
+        image: to draw on.
+        state: what is true and what is believed; whether a label is wrong does not show.
+        view: the camera.
+        colours: of the labels.
+    """
+    believed = state.believed
+    index = np.flatnonzero(displaced(state))
+    if not len(index):
+        return
+    thick = max(1, round(1.1 * image.shape[0] / 480))
+    feet = np.insert(
+        footprint_corners(believed.position, believed.yaw, believed.size)[index],
+        1,
+        believed.elevation[index, None],
+        axis=2,
+    )
+    roofs = feet + believed.size[index, None, 1, None] * np.array([0.0, 1.0, 0.0])
+    for i, foot, roof in zip(index, view.frame(feet), view.frame(roofs), strict=True):
+        walls = [np.stack([foot[k], foot[k - 1], roof[k - 1], roof[k]]) for k in range(4)]
+        seen = [
+            np.clip(view.pixels(before_camera(side)), -_FARTHEST_PX, _FARTHEST_PX)
+            for side in (foot, roof, *walls)
+        ]
+        if len(seen[0]) > 2:
+            tint_area(image, seen[0], colours[i], _GLASS)
+        lines = [fixed_point(polygon) for polygon in seen if len(polygon) > 2]
+        for tone, width in ((darker(colours[i], 0.6), thick + 1), (colours[i], thick)):
+            cv2.polylines(image, lines, True, tone, width, cv2.LINE_AA, SHIFT)

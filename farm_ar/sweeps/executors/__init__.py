@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from farm_ar.errors import OptionError, known_name
+from farm_ar.sweeps.executors.base import SerialExecutor
 from farm_ar.sweeps.executors.process import ProcessExecutor
-from farm_ar.sweeps.executors.serial import SerialExecutor
 
 EXECUTORS = ("process", "serial")
 

@@ -1,10 +1,11 @@
-"""Where units are run: the contract of executors, and the result that a unit comes back as."""
+"""Where units are run: the contract of executors, the simplest of them, and the result of a unit."""
 
 from __future__ import annotations
 
 import time
 import traceback
 from abc import ABC, abstractmethod
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from types import TracebackType
@@ -95,3 +96,24 @@ class Stoppable(ABC):
     @abstractmethod
     def stop(self) -> None:
         """Drop what was submitted."""
+
+
+class SerialExecutor(Stoppable):
+    """Runs one unit at a time in this process. What kills a unit kills the run."""
+
+    capacity = 1
+
+    def __init__(self) -> None:
+        self._waiting: deque[Unit] = deque()
+
+    def submit(self, unit: Unit) -> None:
+        """Take a unit."""
+        self._waiting.append(unit)
+
+    def collect(self, seconds: float) -> Sequence[Attempt]:
+        """Run the next unit, however long it takes."""
+        return [attempt(self._waiting.popleft())] if self._waiting else []
+
+    def stop(self) -> None:
+        """Drop what was submitted."""
+        self._waiting.clear()
