@@ -80,6 +80,14 @@ def identify(
             help="Give no label that is less probable; 0 by default. likelihood only.",
         ),
     ] = None,
+    confusion: Annotated[
+        float | None,
+        typer.Option(
+            metavar="P",
+            parser=number(),
+            help="How often a detected category is wrong; 0 by default: it is kept. likelihood only.",
+        ),
+    ] = None,
     explain: Annotated[
         str | None,
         typer.Option(
@@ -100,16 +108,17 @@ def identify(
     an error, and the exit code is 2 at the end.
     Options marked (*) belong to the method spatial.
     """
-    from farm_ar.cli.inputs import make_rule, read_scene, read_snapshot, refuse
+    from farm_ar.cli.inputs import Choices, make_rule, read_scene, read_snapshot, refuse
 
     known = read_scene(scene, room)
     asked = Asked(known, reid, explain, plot, as_json, frame)
+    choices = Choices(threshold, weights, gate, solver, min_confidence, confusion)
     if str(snapshot) == "-":
         refuse([("--camera", camera), ("--plot", plot)], "with --snapshot -")
-        _answer_stream(asked, make_rule(known, reid, threshold, weights, gate, solver, min_confidence))
+        _answer_stream(asked, make_rule(known, reid, choices))
         return
     seen = read_snapshot(snapshot, camera)
-    _answer(asked, make_rule(known, reid, threshold, weights, gate, solver, min_confidence), seen)
+    _answer(asked, make_rule(known, reid, choices), seen)
 
 
 class Asked(NamedTuple):

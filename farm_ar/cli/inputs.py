@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -177,30 +178,36 @@ MOST_PAIRS = {"likelihood": 1_000_000, "relational": 40_000, "adaptive": 200_000
 """Labels times detections that a re-identifier is asked about; about a gigabyte."""
 
 
-def make_rule(
-    scene: Scene,
-    name: str,
-    threshold: float | None,
-    weights: str | None,
-    gate: bool | None,
-    solver: str | None,
-    min_confidence: float | None = None,
-) -> Reidentifier:
-    """A re-identifier for a scene; None leaves an option at its own default.
+class Choices(NamedTuple):
+    """What is chosen for a re-identifier on the command line; None leaves an option at its own default."""
+
+    threshold: float | None = None
+    weights: str | None = None
+    gate: bool | None = None
+    solver: str | None = None
+    min_confidence: float | None = None
+    confusion: float | None = None
+
+
+def make_rule(scene: Scene, name: str, choices: Choices) -> Reidentifier:
+    """A re-identifier for a scene.
 
     Raises:
         OptionError: it is not known, or an option does not apply to it or has a wrong value.
         SceneError: the scene has no objects, or a weight is negative.
     """
     make, with_it = load_reid(name, "--reid"), f"with --reid {name}"
+    threshold, weights, gate, solver, min_confidence, confusion = choices
     if name != "likelihood":
-        refuse([("--min-confidence", min_confidence)], with_it)
+        refuse([("--min-confidence", min_confidence), ("--confusion", confusion)], with_it)
     if name not in ("spatial", "spatial-ungated"):
         refuse({"--threshold": threshold, "--weights": weights, "--solver": solver}.items(), with_it)
     if name not in ("spatial", "distance", "squared-distance", "nearest"):
         refuse([("--gate", gate)], with_it)
-    if name == "likelihood" and min_confidence is not None:
-        return LikelihoodReid(scene, LikelihoodOptions(min_confidence=min_confidence))
+    if name == "likelihood":
+        return LikelihoodReid(
+            scene, LikelihoodOptions(min_confidence=min_confidence or 0.0, confusion=confusion or 0.0)
+        )
     if name == "nearest" and gate is not None:
         return NearestReid(scene, gate)
     if name == "distance" and gate is not None:

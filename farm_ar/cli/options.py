@@ -14,9 +14,9 @@ from farm_ar.arrays import number_in, whole_in
 from farm_ar.errors import OptionError
 
 REID_HELP = (
-    "spatial (the paper's), spatial-unity (as its program is), spatial-ungated, likelihood, "
-    "relational, adaptive, nearest, distance, squared-distance, last-known, or module:Class of your own, "
-    "called with the scene."
+    "spatial (the paper's), spatial-unity (as its program is), spatial-ungated, spatial-scale-free, "
+    "likelihood, relational, adaptive, nearest, distance, squared-distance, last-known, or module:Class "
+    "of your own, called with the scene."
 )
 """What `--reid` takes."""
 

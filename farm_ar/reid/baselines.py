@@ -14,6 +14,7 @@ from farm_ar.reid.base import Assurance, Identification, Reidentifier
 from farm_ar.reid.categories import codes_in, declared_codes
 from farm_ar.reid.certificates import Choices, PoseMetric, certificate
 from farm_ar.reid.costs import translation_cost
+from farm_ar.reid.place import USUAL_LENGTH_M, lengths_of
 from farm_ar.reid.spatial import SpatialOptions, SpatialReid
 from farm_ar.scenes import UNKNOWN, Detections, Scene, Snapshot, Weights
 
@@ -144,19 +145,22 @@ class LastKnownReid(Reidentifier):
 
     Args:
         scene: the reference layout.
-        tolerance_m: how far from its place a label still counts as being there, metres.
+        tolerance_m: how far from its place a label still counts as being there, metres; None for 1 cm in a
+            scene of the usual length (`place.USUAL_LENGTH_M`).
 
     Raises:
         SceneError: the scene has no labels.
         OptionError: the tolerance is negative.
     """
 
-    def __init__(self, scene: Scene, tolerance_m: float = 0.01) -> None:
+    def __init__(self, scene: Scene, tolerance_m: float | None = None) -> None:
+        self._nearest = NearestReid(scene, gate_categories=False)
+        if tolerance_m is None:
+            tolerance_m = 0.01 * lengths_of(scene).scene / USUAL_LENGTH_M
         if not tolerance_m >= 0:
             raise OptionError("tolerance_m", "must not be negative", tolerance_m)
         self.scene = scene
         self.tolerance_m = tolerance_m
-        self._nearest = NearestReid(scene, gate_categories=False)
 
     def identify(self, snapshot: Snapshot) -> Identification:
         """The label of each detection that stands where that label was; None for the others.

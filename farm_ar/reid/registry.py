@@ -27,6 +27,7 @@ REIDENTIFIERS: dict[str, ReidFactory] = {
     "spatial": SpatialReid,
     "spatial-unity": SpatialUnityReid,
     "spatial-ungated": partial(SpatialReid, options=SpatialOptions(gate_categories=False)),
+    "spatial-scale-free": partial(SpatialReid, options=SpatialOptions(weights="scale-free")),
     "likelihood": LikelihoodReid,
     "relational": RelationalReid,
     "adaptive": AdaptiveReid,

@@ -35,12 +35,19 @@ from farm_ar.reid.costs import (
     total_cost,
     translation_cost,
 )
+from farm_ar.reid.place import USUAL_LENGTH_M, lengths_of, stacked
 from farm_ar.reid.pruning import sites_by_probability
 from farm_ar.scenes import UNKNOWN, Camera, Detections, Scene, Snapshot, SnapshotBatch, Weights
 
 Box = Literal["local", "world"]
 Term = Literal["translation", "rotation", "dimension"]
 TERMS: tuple[Term, ...] = ("translation", "rotation", "dimension")
+
+HEIGHTS_COUNT = "look-alikes stand above one another: differences in height count as distances"
+"""What is said of it."""
+
+_PER_METRE = 0.36 / np.sqrt(2)
+"""Cost of a metre by the paper's formula in a square room, however large: w_t / l."""
 
 _NO_DIMENSION_COST: FloatArray = np.ones((1, 1))
 _UNKNOWN_SIDES = (np.nan, np.nan, np.nan)
@@ -53,7 +60,8 @@ class SpatialOptions:
     Args:
         threshold: of the sites' cumulative probability, 0 (the camera's own site) to 1 (all, the default).
         weights: of translation and rotation; "scene" for the scene's own, which is the paper's formula where
-            it has none; "paper" for the formula, 0.36 sqrt(area) and 1, in any case.
+            it has none; "paper" for the formula, 0.36 sqrt(area) and 1, in any case; "scale-free" for the
+            formula's weight of a metre in a scene of the usual length, which shrinks and grows with it.
         terms: the cost terms that count.
         gate_categories: whether a detection can only be a label of its own category, as the paper's game has
             it (section 4.3.1); one of unknown category can be any label. Its synthetic experiments have not.
@@ -69,7 +77,7 @@ class SpatialOptions:
     """
 
     threshold: float = 1.0
-    weights: Weights | Literal["scene", "paper"] = "scene"
+    weights: Weights | Literal["scene", "paper", "scale-free"] = "scene"
     terms: tuple[Term, ...] = TERMS
     gate_categories: bool = True
     box: Box = "local"
@@ -80,7 +88,7 @@ class SpatialOptions:
         if not 0 <= self.threshold <= 1:
             raise OptionError("threshold", "must be from 0 to 1", self.threshold)
         if not isinstance(self.weights, Weights):
-            known_name("weights", self.weights, ("scene", "paper"))
+            known_name("weights", self.weights, ("scene", "paper", "scale-free"))
         for term in self.terms:
             known_name("terms", term, TERMS)
         known_name("box", self.box, ("local", "world"))
@@ -113,6 +121,9 @@ class SpatialReid(Reidentifier):
         given, terms, layout = self.options.weights, self.options.terms, scene.layout
         if given == "paper":
             given = Weights.of_area(scene.area)
+        elif given == "scale-free":
+            by_length = scene.diagonal / lengths_of(scene).scene
+            given = Weights(_PER_METRE * USUAL_LENGTH_M * by_length, 1.0)
         self.weights = given if isinstance(given, Weights) else scene.cost_weights
         self._translation_weight = self.weights.translation if "translation" in terms else 0.0
         self._rotation_weight = self.weights.rotation if "rotation" in terms else 0.0
@@ -130,6 +141,7 @@ class SpatialReid(Reidentifier):
         self._kind: IntArray = np.array(kind, dtype=np.int64)
         self._declared = declared_codes(layout)
         self._diagonal = scene.diagonal
+        self._stacked = stacked(layout)
 
     def identify(self, snapshot: Snapshot) -> Identification:
         """The label of each detection.
@@ -147,7 +159,7 @@ class SpatialReid(Reidentifier):
         names = self.scene.layout.labels
         if candidates is not None:
             names = tuple([names[j] for j in candidates.tolist()])
-        if self.options.solver == "lsap" and self._rng is None:
+        if self.options.solver == "lsap" and self._rng is None and not self._heights_count(seen):
             problem = self._seen_one(seen, category), self._known(candidates), self._rule()
             begin = time.perf_counter()
             answer = assess(*problem)
@@ -262,8 +274,7 @@ class SpatialReid(Reidentifier):
     def cost_terms(self, snapshot: Snapshot) -> dict[str, FloatArray]:
         """The terms of the cost, (N, M) each, by name; they sum to `cost_matrix`."""
         seen, layout = snapshot.detections, self.scene.layout
-        translation = translation_cost(seen.position, layout.position, self._diagonal)
-        distance = self._translation_weight * translation
+        distance = self._translation_weight * self._shift_cost(seen, layout.position, layout.elevation)
         turn = self._rotation_weight * rotation_cost(seen.yaw, layout.yaw)
         size = (self._dimension(seen, self._kind) - 1) * (distance + turn)
         return {"distance": distance, "turn": turn, "size": size}
@@ -291,7 +302,8 @@ class SpatialReid(Reidentifier):
         if self.options.gate_categories:
             possible = ~self._forbidden(category, None)
         certified = None
-        if not self._world:  # whose sizes change as an object turns
+        higher = self._heights_count(seen)  # of which the proof knows nothing
+        if not self._world and not higher:  # whose sizes change as an object turns
             certified = certificate(
                 seen,
                 self.scene.layout,
@@ -302,17 +314,28 @@ class SpatialReid(Reidentifier):
                 ),
             )
         runner_up = tuple([None if j == UNASSIGNED else names[j] for j in other.tolist()])
-        return Assurance(margin, runner_up, certified=certified)
+        return Assurance(margin, runner_up, certified=certified, warnings=(HEIGHTS_COUNT,) if higher else ())
+
+    def _heights_count(self, seen: Detections) -> bool:
+        """Whether heights are part of distances: look-alikes stand above one another, and some are told."""
+        return self._stacked and bool(seen.elevation.any())
+
+    def _shift_cost(self, seen: Detections, position: FloatArray, elevation: FloatArray) -> FloatArray:
+        """(N, M) translation cost, with the heights where these count."""
+        flat = translation_cost(seen.position, position, self._diagonal)
+        if not self._heights_count(seen):
+            return flat
+        return np.hypot(flat, (seen.elevation[:, None] - elevation) / self._diagonal)
 
     def cost_matrix(self, detections: Detections, candidates: IntArray | None = None) -> FloatArray:
         """(N, M) cost of each candidate label for each detection (Eq. 7); all labels by default."""
         layout = self.scene.layout
-        position, yaw, kind = layout.position, layout.yaw, self._kind
+        position, yaw, elevation, kind = layout.position, layout.yaw, layout.elevation, self._kind
         if candidates is not None:
             position, yaw = position.take(candidates, axis=0), yaw.take(candidates)
-            kind = kind.take(candidates)
+            elevation, kind = elevation.take(candidates), kind.take(candidates)
         return total_cost(
-            translation_cost(detections.position, position, self._diagonal),
+            self._shift_cost(detections, position, elevation),
             rotation_cost(detections.yaw, yaw),
             self._dimension(detections, kind),
             self._translation_weight,
@@ -338,6 +361,8 @@ class SpatialReid(Reidentifier):
         Raises:
             SnapshotError: a detection's category is not one of the scene's.
         """
+        if self._stacked and batch.elevation.any():
+            return super().identify_many(batch, margins)
         layout, shape = self.scene.layout, batch.yaw.shape
         exists = np.arange(shape[1]) < batch.count[:, None]
         detection_order, label_order = np.arange(shape[1])[None], np.arange(len(layout))[None]

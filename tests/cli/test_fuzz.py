@@ -41,7 +41,7 @@ TEXTS = [
 OPTIONS = {
     "identify": (
         *("--scene", "--snapshot", "--room", "--camera", "--reid", "--threshold", "--weights", "--solver"),
-        *("--min-confidence", "--explain", "--plot", "--json", "--gate"),
+        *("--min-confidence", "--confusion", "--explain", "--plot", "--json", "--gate"),
     ),
     "scenes show": ("", "--out", "--camera", "--room", "--json", "--snapshot"),
     "scenes validate": ("", "--room"),

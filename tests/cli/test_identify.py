@@ -105,6 +105,30 @@ def test_a_label_that_is_not_sure_enough_is_withheld(identify):
     assert identify("--reid", "likelihood")["labels"] != sure["labels"]
 
 
+def test_a_known_category_is_kept_unless_it_is_said_how_often_it_is_wrong(run, tmp_path):
+    things = [
+        {"label": "a", "category": "chair", "x": 1, "z": 1, "yaw_deg": 0, "size_whd": [0.4, 0.9, 0.4]},
+        {"label": "b", "category": "table", "x": 2, "z": 1, "yaw_deg": 0, "size_whd": [1.2, 0.7, 0.8]},
+    ]
+    seen = things[1] | {"category": "chair", "id": "d"}  # in the table's place, as large as it
+    del seen["label"]
+    camera = {"x": 1, "z": -1, "yaw_deg": 0, "fov_left_deg": 45, "fov_right_deg": 45, "range_m": 5}
+    (tmp_path / "scene.json").write_text(json.dumps({"size_m": [3, 3], "objects": things}))
+    (tmp_path / "seen.json").write_text(json.dumps({"camera": camera, "detections": [seen]}))
+    command = (
+        "identify",
+        "--scene",
+        "scene.json",
+        "--snapshot",
+        "seen.json",
+        "--reid",
+        "likelihood",
+        "--json",
+    )
+    assert json.loads(run(*command).stdout)["labels"] != ["b"]
+    assert json.loads(run(*command, "--confusion", "0.05").stdout)["labels"] == ["b"]
+
+
 @pytest.mark.parametrize("rule", ["spatial", "likelihood"])
 def test_a_detection_is_explained_on_request(run, identify, before, seen, rule):
     output = run("identify", "--scene", before, "--snapshot", seen, "--reid", rule, "--explain", "d1").stdout
@@ -293,6 +317,10 @@ def test_plot_leaves_json_alone(identify, tmp_path):
         (
             ["--reid", "last-known", "--no-gate"],
             "OptionError: --gate: must not be given with --reid last-known",
+        ),
+        (
+            ["--confusion", ".1"],
+            "OptionError: --confusion: must not be given with --reid spatial",
         ),
         (
             ["--reid", "spatial-ungated", "--gate"],

@@ -342,7 +342,7 @@ def test_a_scene_without_labels_is_refused() -> None:
         ({"threshold": -0.1}, r"threshold: must be from 0 to 1, got -0\.1"),
         ({"threshold": 1.1}, r"threshold: must be from 0 to 1, got 1\.1"),
         ({"threshold": float("nan")}, r"threshold: must be from 0 to 1, got nan"),
-        ({"weights": "mine"}, r"weights: must be one of paper, scene, got 'mine'"),
+        ({"weights": "mine"}, r"weights: must be one of paper, scale-free, scene, got 'mine'"),
         ({"terms": ("rotation", "colour")}, r"terms: must be one of .*, got 'colour'"),
         ({"box": "round"}, r"box: must be one of local, world, got 'round'"),
         ({"solver": "simplex"}, r"solver: must be one of lsap, mip, got 'simplex'"),

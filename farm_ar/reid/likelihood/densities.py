@@ -6,10 +6,13 @@ import math
 
 import numpy as np
 
-from farm_ar.arrays import FloatArray, IntArray
+from farm_ar.arrays import FloatArray
 from farm_ar.kernels import compiled
 from farm_ar.reid.likelihood.motions import WALL
 from farm_ar.reid.likelihood.records import Eyes, Found, Known, Labels, Models, View
+
+CHANGES_HEIGHT = 0.1
+"""Share of the objects that are moved to another height, where look-alikes stand at different ones."""
 
 ROOT_TWO_PI = math.sqrt(2 * math.pi)
 
@@ -58,7 +61,7 @@ def hidden(found: Found, b: int, ex: float, ez: float, x: float, z: float) -> bo
             end = (x - found.position[b, i, 0]) * ax + (z - found.position[b, i, 1]) * az
             eye_within = eye_within and abs(start) <= half
             place_within = place_within and abs(end) <= half
-            if abs(end - start) < 1e-12:
+            if abs(end - start) <= 1e-12 * half:
                 if abs(start) > half:
                     far = -1.0
             else:
@@ -93,6 +96,7 @@ def view_probability(
         eye[b - first, 2], eye[b - first, 3] = math.sin(eyes.yaw[b]), math.cos(eyes.yaw[b])
         eye[b - first, 4] = eyes.height[b]
         eye[b - first, 5], eye[b - first, 6] = math.sin(eyes.pitch[b]), math.cos(eyes.pitch[b])
+    sine, cosine = eye[0, 2], eye[0, 3]
     points, farthest = len(offset), 0.0
     for q in range(points):
         farthest = max(farthest, math.hypot(offset[q, 0], offset[q, 1]))
@@ -108,8 +112,9 @@ def view_probability(
                 continue
             inside = 0
             for q in range(points):
-                x = position[j, 0] + sd * offset[q, 0]
-                z = position[j, 1] + sd * offset[q, 1]
+                right, ahead = sd * offset[q, 0], sd * offset[q, 1]
+                x = position[j, 0] + cosine * right + sine * ahead
+                z = position[j, 1] + cosine * ahead - sine * right
                 if room[0] < math.inf:
                     x, z = min(max(x, 0.0), room[0]), min(max(z, 0.0), room[1])
                 for b in range(len(eye)):
@@ -147,48 +152,57 @@ def in_view(view: View, eye: FloatArray, b: int, x: float, y: float, z: float) -
 
 
 @_compile
-def look(known: Known, category: IntArray, sides: FloatArray, like: FloatArray, nothing: FloatArray) -> None:
-    """Fill in how likely the detections' looks are.
+def look(known: Known, found: Found, b: int, like: FloatArray, nothing: FloatArray) -> None:
+    """Fill in how likely the detections' looks and heights are.
 
     A size that is not known on either side is as likely as that of the right object is on average. What has
-    no label is like some label's object, anywhere in view and turned anyhow.
+    no label looks like one of the labels' objects that it may look like, and is anywhere and turned anyhow.
 
     Args:
         known: the labels, the detector and the view.
-        category: (N or more,) codes.
-        sides: (N or more, 3) sorted logarithms of the sides.
+        found: the detections.
+        b: the snapshot.
         like: (N, M) filled for each label.
         nothing: (N,) filled with the density of a detection without a label, for each that is expected.
     """
-    labels, detecting = known.labels, known.detecting
+    detecting, table, code, sides = known.detecting, known.detecting.category, found.category, found.sides
+    known_code, known_sides, height = known.labels.category, known.labels.sides, known.labels.elevation
+    elevation = found.elevation
     n, m = like.shape
     for i in range(n):
-        every = 0.0
+        every, squared = 0.0, 0.0
         for j in range(m):
             total = 0.0
             for k in range(3):
-                total += (sides[i, k] - labels.sides[j, k]) ** 2
+                total += (sides[b, i, k] - known_sides[j, k]) ** 2
             squares = 3.0 if math.isnan(total) else total / detecting.log_side_sd**2
-            like[i, j] = detecting.category[category[i], labels.category[j]] * math.exp(-0.5 * squares)
-            every += like[i, j]
-        nothing[i] = every / m / (known.camera.area * 2 * math.pi)
+            one = table[code[b, i], known_code[j]] * math.exp(-0.5 * squares)
+            rise = (elevation[b, i] - height[j]) / detecting.height_sd
+            if not math.isnan(rise):
+                one *= CHANGES_HEIGHT + (1 - CHANGES_HEIGHT) * math.exp(-0.5 * rise * rise)
+            like[i, j] = one
+            every += one
+            squared += one * one
+        # Labels that it does not look like do not count, however many they are.
+        nothing[i] = squared / every / (known.camera.area * 2 * math.pi) if every > 0.0 else 0.0
 
 
 @_compile
 def translation_density(known: Known, labels: Labels, position: FloatArray, result: FloatArray) -> None:
     """Fill (A, N, M): density of each detection's place (N or more, 2) for each scale and label."""
-    models, detecting = known.models, known.detecting
-    for a in range(len(models.translation_sd)):
-        sd = models.translation_sd[a]
+    scale, detecting = known.models.translation_sd, known.detecting
+    stood, fixed, room = labels.position, labels.fixed, labels.room
+    for a in range(len(scale)):
+        sd = scale[a]
         for i in range(result.shape[1]):
-            for j in range(len(labels.yaw)):
-                moved = 0.0 if labels.fixed[j] else sd
+            for j in range(len(fixed)):
+                moved = 0.0 if fixed[j] else sd
                 density = 1.0
                 for axis in range(2):
                     density *= axis_density(
                         position[i, axis],
-                        labels.position[j, axis],
-                        labels.room[axis],
+                        stood[j, axis],
+                        room[axis],
                         moved,
                         detecting.position_sd,
                     )
@@ -198,11 +212,18 @@ def translation_density(known: Known, labels: Labels, position: FloatArray, resu
 @_compile
 def heading_density(models: Models, labels: Labels, yaw: FloatArray, result: FloatArray) -> None:
     """Fill (B, N, M): density of each detection's heading (N or more,) for each scale and label."""
-    scales, _, size = models.heading.shape
+    tables, stood, periods, fixed, kind = (
+        models.heading,
+        labels.yaw,
+        labels.period,
+        labels.fixed,
+        labels.table,
+    )
+    scales, _, size = tables.shape
     for i in range(result.shape[1]):
-        for j in range(len(labels.yaw)):
-            period = labels.period[j]
-            turn = yaw[i] - labels.yaw[j]
+        for j in range(len(stood)):
+            period = periods[j]
+            turn = yaw[i] - stood[j]
             if period == 0.0 or math.isnan(turn):
                 for b in range(scales):
                     result[b, i, j] = 1.0 / (2 * math.pi)
@@ -214,6 +235,6 @@ def heading_density(models: Models, labels: Labels, yaw: FloatArray, result: Flo
             low = min(int(place), size - 2)
             part = place - low
             for b in range(scales):
-                scale = 0 if labels.fixed[j] else b
-                table = models.heading[scale, labels.table[j]]
-                result[b, i, j] = table[low] + part * (table[low + 1] - table[low])
+                scale, one = 0 if fixed[j] else b, kind[j]
+                below = tables[scale, one, low]
+                result[b, i, j] = below + part * (tables[scale, one, low + 1] - below)

@@ -57,28 +57,35 @@ def weigh(known: Known, reach: Reach, like: FloatArray, ways: Ways) -> None:
         like: (N, M) how likely the detections' looks are.
         ways: weight, unseen and log_unseen are filled.
     """
-    labels, models = known.labels, known.models
+    # Arrays are taken out of their records once: each time, their users would be counted.
+    shares, part, detect, fixed = (
+        known.models.share,
+        known.models.part,
+        known.models.detect_rate,
+        known.labels.fixed,
+    )
+    place, heading, in_view = reach.place, reach.heading, reach.inside
     n, m = like.shape
     stay = 1.0 - known.detecting.gone_rate
-    for k in range(len(models.log_prior)):
-        rate, total = stay * models.detect_rate[k], 1.0
+    for k in range(len(detect)):
+        rate, total = stay * detect[k], 1.0
         ways.log_unseen[k] = 0.0
         weight, unseen = ways.weight[k], ways.unseen[k]
         for j in range(m):
             inside = 0.0
-            for p in range(models.share.shape[1]):
-                inside += models.share[k, p] * reach.inside[0 if labels.fixed[j] else models.part[k, p, 0], j]
+            for p in range(shares.shape[1]):
+                inside += shares[k, p] * in_view[0 if fixed[j] else part[k, p, 0], j]
             unseen[j] = max(1.0 - rate * inside, LEAST_UNSEEN)
             total *= unseen[j]
             if total < 1e-200:
                 ways.log_unseen[k] += math.log(total)
                 total = 1.0
         ways.log_unseen[k] += math.log(total)
-        for p in range(models.share.shape[1]):
-            share = models.share[k, p] * rate
+        for p in range(shares.shape[1]):
+            share = shares[k, p] * rate
             if p > 0 and share == 0.0:
                 continue
-            here, turned = reach.place[models.part[k, p, 0]], reach.heading[models.part[k, p, 1]]
+            here, turned = place[part[k, p, 0]], heading[part[k, p, 1]]
             for i in range(n):
                 for j in range(m):
                     before = weight[i, j] if p > 0 else 0.0
@@ -117,7 +124,7 @@ def models_that_count(known: Known, eyes: Eyes, found: Found, b: int, ways: Ways
     labels, models = known.labels, known.models
     n, m, count = found.number[b], len(labels.yaw), len(models.log_prior)
     like, nothing = np.empty((n, m)), np.empty(n)
-    look(known, found.category[b], found.sides[b], like, nothing)
+    look(known, found, b, like, nothing)
     scales, turns = len(models.translation_sd), len(models.heading)
     reach = Reach(np.empty((scales, n, m)), np.empty((turns, n, m)), np.empty((scales, m)))
     view_probability(known, labels, eyes, found, b, b + 1, reach.inside)

@@ -15,7 +15,7 @@ from farm_ar.reid.categories import batch_codes, codes_in, declared_codes
 from farm_ar.reid.costs import sorted_log_sides
 from farm_ar.reid.likelihood.densities import view_probability
 from farm_ar.reid.likelihood.kernels import identify_batch
-from farm_ar.reid.likelihood.motions import motion_log_density
+from farm_ar.reid.likelihood.motions import DetectionNoise, motion_log_density
 from farm_ar.reid.likelihood.options import LikelihoodOptions, category_table, model_arrays
 from farm_ar.reid.likelihood.records import (
     Answer,
@@ -26,9 +26,16 @@ from farm_ar.reid.likelihood.records import (
     Labels,
     View,
 )
+from farm_ar.reid.place import lengths_of, room_of
 from farm_ar.scenes import UNKNOWN, Camera, Detections, Scene, Snapshot, SnapshotBatch
 
 _NEARLY_ALL = 0.8
+
+_AREA = 0.5
+"""Area over which what has no label may be, by the square of the scene's length: a paper's camera's view."""
+
+_HEIGHT_SD = 0.1
+"""Share of the objects' heights by which these tell apart look-alikes that stand above one another."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,24 +83,28 @@ class LikelihoodReid(Reidentifier):
         self._declared = declared_codes(layout)
         periods = np.array([scene.symmetry.get(name, 2 * np.pi) for name in layout.category])
         kinds, kind = np.unique(periods, return_inverse=True)
+        self._lengths = lengths_of(scene)
+        self._room = room_of(scene.bounds) if self.options.walls else None
         # Arrays that could be written to, like those that the kernels fill, so that these are compiled once.
         self._labels = Labels(
-            position=np.array(layout.position),
-            yaw=np.array(layout.yaw),
+            position=np.array(self._position(layout.position)),
+            yaw=np.array(self._heading(layout.yaw)),
             elevation=np.array(layout.elevation),
             category=np.array(layout.category_code, dtype=np.int64),
             sides=sorted_log_sides(layout.size),
             period=periods,
             table=kind.reshape(-1).astype(np.int64),
             fixed=np.array(layout.fixed),
-            room=np.array((self.options.walls and scene.room) or (np.inf, np.inf)),
+            room=np.array((np.inf, np.inf) if self._room is None else self._room.size),
         )
-        self._models, self._motions = model_arrays(scene, self.options, kinds)
+        self._models, self._motions = model_arrays(self._lengths.scene, self.options, kinds)
+        self._noise = self.options.detection or DetectionNoise.usual(self._lengths.scene)
         self._detecting = Detecting(
-            position_sd=float(self.options.detection.position_sd),
+            position_sd=float(self._noise.position_sd),
             log_side_sd=float(self.options.size_sd),
             category=category_table(len(layout.categories), self.options.confusion),
             gone_rate=float(self.options.gone_rate),
+            height_sd=_height_sd(scene),
         )
 
     def __reduce__(self) -> tuple[type, tuple[Scene, LikelihoodOptions]]:
@@ -133,7 +144,8 @@ class LikelihoodReid(Reidentifier):
         exists = np.arange(batch.yaw.shape[1]) < batch.count[:, None]
         codes = batch_codes(batch, exists, self._declared)
         size = np.where(exists[..., None], batch.size, 1.0)
-        found = _found(batch.count, batch.position, batch.yaw, codes, size)
+        poses = self._position(batch.position), self._heading(batch.yaw), batch.elevation
+        found = _found(batch.count, poses, codes, size)
         answer = self._answer(batch.camera, found, details=False)
         labels = self.scene.layout.labels
         return IdentificationBatch(
@@ -191,18 +203,19 @@ class LikelihoodReid(Reidentifier):
         """
         seen, layout, options = snapshot.detections, self.scene.layout, self.options
         best = int(self.posterior(snapshot).probability.argmax())
-        room = self.scene.room if options.walls else None
-        pose = (seen.position, seen.yaw, layout.position, layout.yaw)
+        room = None if self._room is None else self._room.size
+        labels, found = self._labels, self._found_in(snapshot)
+        pose = (found.position[0], found.yaw[0], labels.position, labels.yaw)
         place, both = (
-            motion_log_density(*pose, self._motions[best], options.detection, room, period)
-            for period in (0.0, self._labels.period)
+            motion_log_density(*pose, self._motions[best], self._noise, room, period)
+            for period in (0.0, labels.period)
         )
         squares = ((sorted_log_sides(seen.size)[:, None] - self._labels.sides) ** 2).sum(axis=-1)
         codes = codes_in(seen, self._declared)
         likely = self._detecting.category[codes][:, layout.category_code]
         inside = np.empty((len(self._models.translation_sd), len(layout)))
-        camera, found = _one(snapshot.camera), self._found_in(snapshot)
-        view_probability(self._known(camera), self._labels, eyes_of(camera), found, 0, 1, inside)
+        camera = _one(snapshot.camera)
+        view_probability(self._known(camera), labels, self._eyes(camera), found, 0, 1, inside)
         share, part = self._models.share[best], self._models.part[best, :, 0]
         stay = 1 - options.gone_rate
         seen_if_there = self._models.detect_rate[best] * (share @ inside[part])
@@ -219,9 +232,22 @@ class LikelihoodReid(Reidentifier):
     def _found_in(self, snapshot: Snapshot) -> Found:
         seen = snapshot.detections
         codes = np.array(codes_in(seen, self._declared), dtype=np.int64)
-        return _found(
-            np.array([len(seen)]), seen.position[None], seen.yaw[None], codes[None], seen.size[None]
-        )
+        poses = self._position(seen.position)[None], self._heading(seen.yaw)[None], seen.elevation[None]
+        return _found(np.array([len(seen)]), poses, codes[None], seen.size[None])
+
+    def _position(self, place: FloatArray) -> FloatArray:
+        """Places in the frame in which the kernels compute."""
+        return place if self._room is None else self._room.position(place)
+
+    def _heading(self, yaw: FloatArray) -> FloatArray:
+        """Headings in that frame."""
+        return yaw if self._room is None else self._room.heading(yaw)
+
+    def _eyes(self, cameras: Camera) -> Eyes:
+        """A batch of cameras for the kernels."""
+        height = np.zeros(cameras.yaw.shape) if cameras.height is None else np.array(cameras.height)
+        position, yaw = self._position(cameras.position), self._heading(cameras.yaw)
+        return Eyes(np.array(position), np.array(yaw), np.array(cameras.pitch), height)
 
     def _answer(self, cameras: Camera, found: Found, details: bool) -> Answer:
         rows, shape = found.yaw.shape[0] if details else 0, found.yaw.shape
@@ -238,7 +264,7 @@ class LikelihoodReid(Reidentifier):
             posterior=np.zeros((rows, models)),
         )
         least, most_exact = float(self.options.min_confidence), self.options.most_exact
-        identify_batch(self._known(cameras), eyes_of(cameras), found, least, most_exact, answer)
+        identify_batch(self._known(cameras), self._eyes(cameras), found, least, most_exact, answer)
         return answer
 
     def _known(self, camera: Camera) -> Known:
@@ -255,7 +281,7 @@ class LikelihoodReid(Reidentifier):
             up=fov.up if fov.up is not None and vertical else 0.0,
             down=fov.down if fov.down is not None and vertical else 0.0,
             vertical=vertical,
-            area=max((fov.left + fov.right) / 2 * fov.range_m**2, 1e-6),
+            area=_AREA * self._lengths.scene**2,
             occlusion=bool(self.options.occlusion),
         )
 
@@ -276,15 +302,23 @@ def _one(camera: Camera) -> Camera:
     )
 
 
-def eyes_of(cameras: Camera) -> Eyes:
-    """A batch of cameras for the kernels."""
-    height = np.zeros(cameras.yaw.shape) if cameras.height is None else np.array(cameras.height)
-    return Eyes(np.array(cameras.position), np.array(cameras.yaw), np.array(cameras.pitch), height)
+def _height_sd(scene: Scene) -> float:
+    """By how much heights may differ, metres; infinite where no look-alikes stand at different ones."""
+    layout = scene.layout
+    code = layout.category_code
+    if all(np.ptp(layout.elevation[code == one]) == 0 for one in np.unique(code)):
+        return float(np.inf)
+    tall = layout.size[:, 1][np.isfinite(layout.size[:, 1])]
+    usual = float(np.median(tall)) if len(tall) else float(np.ptp(layout.elevation))
+    return _HEIGHT_SD * usual
 
 
 def _found(
-    count: IntArray, position: FloatArray, yaw: FloatArray, codes: IntArray, size: FloatArray
+    count: IntArray, poses: tuple[FloatArray, FloatArray, FloatArray], codes: IntArray, size: FloatArray
 ) -> Found:
+    """Detections of B snapshots for the kernels; poses are positions, headings and heights."""
+    position, yaw, elevation = poses
+    told = (elevation != 0).any(axis=1, keepdims=True)  # files that say nothing of heights have 0 for all
     return Found(
         number=np.array(count, dtype=np.int64),
         position=np.array(position),
@@ -292,4 +326,5 @@ def _found(
         category=np.array(codes, dtype=np.int64),
         sides=np.ascontiguousarray(sorted_log_sides(size)),
         half=np.stack([size[..., 0], size[..., 2]], axis=-1) / 2,
+        elevation=np.where(told, elevation, np.nan),
     )

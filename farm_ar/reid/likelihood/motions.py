@@ -14,6 +14,7 @@ from scipy.special import log_ndtr, ndtr
 
 from farm_ar.arrays import FloatArray
 from farm_ar.errors import OptionError
+from farm_ar.reid.place import USUAL_LENGTH_M
 
 WALL = 4.0
 """Within how many SDs of the detection noise a detection may be of an object that stands against a wall."""
@@ -59,6 +60,11 @@ class DetectionNoise:
 
     position_sd: float = 0.005
     yaw_sd: float = float(np.deg2rad(0.5))
+
+    @classmethod
+    def usual(cls, length: float) -> DetectionNoise:
+        """What is assumed in a scene of a length, metres: 5 mm in one of the usual length."""
+        return cls(position_sd=cls.position_sd * length / USUAL_LENGTH_M)
 
     def __post_init__(self) -> None:
         for name in ("position_sd", "yaw_sd"):
@@ -183,9 +189,6 @@ def motion_log_density(
     return total
 
 
-USUAL_DIAGONAL_M = 7.0
-"""Diagonal of a room, metres, from which on the shifts to be expected no longer grow with it."""
-
 FEW_MOVED = 0.2
 """Share of the objects that move where most things stay."""
 
@@ -202,7 +205,7 @@ Mixture = tuple[Motion, ...]
 class NoisePrior:
     """A weak prior over how much things move: all of them somewhat, or few of them far.
 
-    In a room smaller than usual all metres shrink with its diagonal.
+    Metres are those of a scene of the usual length (`place.USUAL_LENGTH_M`); they shrink and grow with it.
 
     Args:
         translation_m: least and greatest SD of x and of z, metres.
@@ -229,9 +232,9 @@ class NoisePrior:
         if not 0 <= self.few_move_far <= 1:
             raise OptionError("few_move_far", "must be a probability", self.few_move_far)
 
-    def models(self, diagonal: float) -> list[tuple[float, Mixture]]:
-        """The probability of each motion model, and its components, in a room of a diagonal, metres."""
-        scale = min(1.0, diagonal / USUAL_DIAGONAL_M)
+    def models(self, length: float) -> list[tuple[float, Mixture]]:
+        """The probability of each motion model, and its components, in a scene of a length, metres."""
+        scale = length / USUAL_LENGTH_M
         shifts = scale * np.geomspace(*self.translation_m, self.levels[0])
         turns = np.deg2rad(np.geomspace(*self.rotation_deg, self.levels[1]))
         all_move: list[Mixture] = [(Motion(1.0, float(s), float(t)),) for s in shifts for t in turns]

@@ -20,10 +20,9 @@ from farm_ar.reid.likelihood.motions import (
 from farm_ar.reid.likelihood.records import Models
 from farm_ar.reid.marginals import MOST_EXACT
 from farm_ar.reid.registration import concentration_of
-from farm_ar.scenes import Scene
 
 _POINTS = 32
-"""How many places stand for where an object that is not seen may be."""
+"""How many places stand for where an object that is not seen may be; even."""
 
 _TURNS = 721
 """How many turns from 0 to half a period the headings' densities are tabulated at."""
@@ -39,10 +38,10 @@ class LikelihoodOptions:
         noise: the motions, as a mixture whose shares sum to 1, where they are known; else a prior over them.
         rates: of misses and of detections without a label; several are averaged over.
         gone_rate: probability that a label's object is gone.
-        detection: noise of detected poses.
+        detection: noise of detected poses; None for 5 mm and half a degree in a scene of the usual length.
         size_sd: noise of each detected side, as a share of it.
-        confusion: probability that a detected category is wrong.
-        walls: whether nothing leaves the room.
+        confusion: probability that a detected category is wrong; 0 for categories that are always right.
+        walls: whether nothing leaves the scene's bounds, where these are a rectangle.
         occlusion: whether what stands behind a detection counts as not in view: as `Detector.occlusion`, True
             for a real headset, False for the paper's synthetic experiments.
         min_confidence: a label less probable than this is not given.
@@ -55,9 +54,9 @@ class LikelihoodOptions:
     noise: NoisePrior | Sequence[Motion] = field(default_factory=NoisePrior)
     rates: Sequence[Rates] = tuple(MOSTLY_RELIABLE)
     gone_rate: float = 0.005
-    detection: DetectionNoise = field(default_factory=DetectionNoise)
+    detection: DetectionNoise | None = None
     size_sd: float = 0.05
-    confusion: float = 0.001
+    confusion: float = 0.0
     walls: bool = True
     occlusion: bool = False
     min_confidence: float = 0.0
@@ -92,11 +91,11 @@ def category_table(categories: int, confusion: float) -> FloatArray:
 
 
 def model_arrays(
-    scene: Scene, options: LikelihoodOptions, kinds: FloatArray
+    length: float, options: LikelihoodOptions, kinds: FloatArray
 ) -> tuple[Models, list[tuple[Motion, ...]]]:
-    """The models as arrays; the motions of each."""
-    given = options.noise
-    mixtures = given.models(scene.diagonal) if isinstance(given, NoisePrior) else [(1.0, tuple(given))]
+    """The models as arrays, in a scene of a length, metres; the motions of each."""
+    given, detection = options.noise, options.detection or DetectionNoise.usual(length)
+    mixtures = given.models(length) if isinstance(given, NoisePrior) else [(1.0, tuple(given))]
     every = [(share, motions, rates) for share, motions in mixtures for rates in options.rates]
     # The first scale is that of what never moves.
     shifts = [0.0, *sorted({motion.translation_sd for _, motions in mixtures for motion in motions})]
@@ -108,7 +107,7 @@ def model_arrays(
             part[k, p] = shifts.index(motion.translation_sd, 1), turns.index(motion.rotation_sd, 1)
             share[k, p] = motion.share
     angles = [np.linspace(0.0, (period or 2 * np.pi) / 2, _TURNS) for period in kinds]
-    sds = np.hypot(turns, options.detection.yaw_sd)
+    sds = np.hypot(turns, detection.yaw_sd)
     heading = [
         [np.exp(heading_log_density(angle, period, sd)) for angle, period in zip(angles, kinds, strict=True)]
         for sd in sds
@@ -129,7 +128,8 @@ def model_arrays(
 
 
 def _equally_probable(points: int) -> FloatArray:
-    """(points, 2) places that stand for the standard normal distribution: a spiral of golden angles."""
-    order = np.arange(points) + 0.5
-    radius, angle = np.sqrt(-2 * np.log(1 - order / points)), order * _GOLDEN_ANGLE
-    return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
+    """(points, 2) places that stand for the standard normal distribution: a spiral and its mirror image."""
+    order = np.arange(points // 2) + 0.5
+    radius, angle = np.sqrt(-2 * np.log(1 - 2 * order / points)), order * _GOLDEN_ANGLE
+    x, z = radius * np.sin(angle), radius * np.cos(angle)
+    return np.concatenate([np.stack([x, z], axis=1), np.stack([-x, z], axis=1)])

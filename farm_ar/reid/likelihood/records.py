@@ -19,7 +19,7 @@ class Labels(NamedTuple):
         period: (M,) of symmetry, radians; 0 where no turn can be seen.
         table: (M,) which heading table is each label's.
         fixed: (M,) what never moves.
-        room: (2,) width and depth, metres; infinite for no walls.
+        room: (2,) width and depth of the room in whose frame all poses are, metres; infinite for no walls.
     """
 
     position: FloatArray
@@ -46,7 +46,8 @@ class Models(NamedTuple):
         heading: (B, U, G) density of a turn for each scale, kind of symmetry and G turns from 0 to half a
             period; the first scale is that of what never moves.
         sharpness: (B,) concentration of the headings on each scale, 1 / rad^2.
-        offset: (Q, 2) equally probable points that stand for the standard normal distribution.
+        offset: (Q, 2) equally probable points that stand for the standard normal distribution: to the right
+            of a camera's heading and along it, so that they turn with it; symmetric about it.
     """
 
     translation_sd: FloatArray
@@ -68,12 +69,14 @@ class Detecting(NamedTuple):
         log_side_sd: of the logarithms of the sides.
         category: (C + 1, C) probability of a detected category, the last row that of none, for each true one.
         gone_rate: probability that a label's object is gone.
+        height_sd: by which heights tell labels apart, metres; infinite where they do not.
     """
 
     position_sd: float
     log_side_sd: float
     category: FloatArray
     gone_rate: float
+    height_sd: float
 
 
 class View(NamedTuple):
@@ -86,7 +89,7 @@ class View(NamedTuple):
         up: angle above its line of sight, radians.
         down: angle below it, radians.
         vertical: whether these two limits count.
-        area: of the plane in view, square metres.
+        area: over which what has no label may be, square metres.
         occlusion: whether what stands behind a detection counts as not in view.
     """
 
@@ -135,6 +138,7 @@ class Found(NamedTuple):
         category: (B, K) codes, `UNKNOWN` where not known.
         sides: (B, K, 3) sorted logarithms of the sides.
         half: (B, K, 2) half the width and depth, metres.
+        elevation: (B, K) metres; NaN where not known.
     """
 
     number: IntArray
@@ -143,6 +147,7 @@ class Found(NamedTuple):
     category: IntArray
     sides: FloatArray
     half: FloatArray
+    elevation: FloatArray
 
 
 class Reach(NamedTuple):

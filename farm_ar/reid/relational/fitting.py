@@ -30,7 +30,7 @@ HOPELESS = 2.0
 """By how much, in logarithms, a motion that is worth improving may fall short of one that counts."""
 
 STILL = 1e-3
-"""Metres and radians by which a motion that is found may still change."""
+"""By how much a motion that is found may still change: radians, and metres in a scene of the usual length."""
 
 
 class Limits(NamedTuple):
@@ -40,11 +40,13 @@ class Limits(NamedTuple):
         use: (K,) the models to think of.
         steps: most steps of maximisation.
         floor: log evidence below which a model does not matter.
+        still_m: by how much a shift that is found may still change, metres.
     """
 
     use: BoolArray
     steps: int
     floor: float
+    still_m: float
 
 
 def fit_group(
@@ -144,7 +146,8 @@ def _climb(
         counts = share > LEAST_MODEL
         pooled = share[counts] @ fit.work.sums[counts] / share[counts].sum()
         best, _, _ = solve_motion(pooled, *prior)
-        still = np.abs(motion - best).max() < STILL
+        change = np.abs(motion - best)
+        still = change[:2].max() < limits.still_m and change[2] < STILL
         motion[:] = best
         last = still or step + 1 == limits.steps
         fit.work.use[:] = limits.use if last else counts
@@ -224,7 +227,9 @@ def weigh_group(known: Known, frame: Frame, group: Group, go: Reach, work: Work,
         outcome: its unseen is filled.
     """
     models, fixed, n = known.models, known.labels.fixed, len(frame.sight.nothing)
-    parts = models.share.shape[1]
+    share, part, parts = models.share, models.part, models.share.shape[1]
+    place, heading, inside_alone = go.place, go.heading, frame.reach.inside
+    together, label, members, inside_go = work.together, group.label, group.member, go.inside
     here, turned, like = frame.reach.place, frame.reach.heading, frame.sight.like
     for k in range(len(work.use)):
         if not work.use[k]:
@@ -237,25 +242,25 @@ def weigh_group(known: Known, frame: Frame, group: Group, go: Reach, work: Work,
         log_unseen = frame.alone.log_unseen[k]
         for j in range(len(unseen)):
             unseen[j] = frame.alone.unseen[k, j]
-        for g in range(len(group.label)):
-            j, member = group.label[g], group.member[g]
+        for g in range(len(label)):
+            j, member = label[g], members[g]
             inside = 0.0
             for p in range(parts):
-                a = 0 if fixed[j] else models.part[k, p, 0]
-                seen = member * go.inside[a, g] + (1 - member) * frame.reach.inside[a, j]
-                inside += models.share[k, p] * seen
+                a = 0 if fixed[j] else part[k, p, 0]
+                seen = member * inside_go[a, g] + (1 - member) * inside_alone[a, j]
+                inside += share[k, p] * seen
             log_unseen -= math.log(unseen[j])
             unseen[j] = max(1 - rate * inside, LEAST_UNSEEN)
             log_unseen += math.log(unseen[j])
             for i in range(n):
                 moved, stayed = 0.0, 0.0
                 for p in range(parts):
-                    a, b = models.part[k, p, 0], models.part[k, p, 1]
-                    moved += models.share[k, p] * go.place[a, i, g] * go.heading[b, i, g]
-                    stayed += models.share[k, p] * here[a, i, j] * turned[b, i, j]
+                    a, b = part[k, p, 0], part[k, p, 1]
+                    moved += share[k, p] * place[a, i, g] * heading[b, i, g]
+                    stayed += share[k, p] * here[a, i, j] * turned[b, i, j]
                 moved *= member
                 density = moved + (1 - member) * stayed
-                work.together[k, i, g] = moved / density if density > 0.0 else 0.0
+                together[k, i, g] = moved / density if density > 0.0 else 0.0
                 weight[i, j] = density * like[i, j] * rate / unseen[j]
         work.log_unseen[k] = log_unseen
 

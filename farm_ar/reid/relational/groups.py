@@ -6,6 +6,7 @@ import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.reid.likelihood.records import Labels
+from farm_ar.reid.place import Lengths, look_alikes
 from farm_ar.reid.relational.options import RelationalOptions
 from farm_ar.reid.relational.records import Group
 from farm_ar.scenes import Scene
@@ -19,34 +20,43 @@ LEAST_MEMBER = 0.02
 REACH = 1.8
 """How far a group reaches, as SD, by the labels' usual distance."""
 
-LEAST_SPACING = 1e-3
-"""Usual distance of labels, by the room's diagonal, that is taken for them at least."""
+SHIFT, LEAST_SPACING = 1 / 3, 1e-3
+"""SD of a group's shift, and least usual distance of labels, by the extent of the look-alikes."""
 
 
-def usual_distance(scene: Scene) -> float:
-    """Median distance of a label to the nearest other one, metres; a fixed share of a room with one label."""
-    place = scene.layout.position
+def usual_distance(scene: Scene, lengths: Lengths) -> float:
+    """Median distance of a label to the nearest other one, metres: of those that have look-alikes, if any."""
+    place, alike = scene.layout.position, look_alikes(scene)
     apart = np.linalg.norm(place[:, None] - place, axis=-1) + np.diag(np.full(len(place), np.inf))
-    usual = float(np.median(apart.min(axis=1))) if len(place) > 1 else scene.diagonal / 4
-    return max(usual, LEAST_SPACING * scene.diagonal)
+    nearest = apart.min(axis=1)[alike if alike.any() else slice(None)]
+    usual = float(np.median(nearest)) if len(place) > 1 else lengths.spacing
+    return max(usual, LEAST_SPACING * lengths.extent)
 
 
-def groups_of(scene: Scene, labels: Labels, options: RelationalOptions) -> list[Group]:
-    """A group around each label that can move: others are of it the less probably the farther they stood."""
-    place, movable = scene.layout.position, scene.layout.movable
-    reach = REACH * usual_distance(scene) if options.reach_m is None else options.reach_m
+def groups_of(labels: Labels, lengths: Lengths, spacing: float, options: RelationalOptions) -> list[Group]:
+    """A group around each label that can move and is near another one: these are of it the less the farther.
+
+    Args:
+        labels: all of them.
+        lengths: of the scene.
+        spacing: usual distance of a label to the nearest other one, metres.
+        options: what is assumed.
+    """
+    place, movable = labels.position, ~labels.fixed
+    reach = REACH * spacing if options.reach_m is None else options.reach_m
     apart = np.linalg.norm(place[:, None] - place, axis=-1)
     member = np.where(movable[:, None] & movable, MEMBER * np.exp(-0.5 * (apart / reach) ** 2), 0.0)
-    shift_m = scene.diagonal / 8 if options.group_m is None else options.group_m
+    shift_m = SHIFT * lengths.extent if options.group_m is None else options.group_m
     prior = shift_m, float(np.deg2rad(options.group_deg))
-    return [_around(labels, j, member[j], prior) for j in np.flatnonzero(movable).tolist()]
+    several = (member > LEAST_MEMBER).sum(axis=1) > 1
+    return [_around(labels, j, member[j], prior) for j in np.flatnonzero(several).tolist()]
 
 
-def anchors_of(scene: Scene, labels: Labels, options: RelationalOptions) -> list[Group]:
+def anchors_of(labels: Labels, lengths: Lengths, options: RelationalOptions) -> list[Group]:
     """All labels as a group, once around each that is fixed: what moves with the frame."""
-    prior = scene.diagonal, float(np.deg2rad(options.drift_deg))
-    everyone = np.ones(len(scene.layout))
-    return [_around(labels, j, everyone, prior) for j in np.flatnonzero(scene.layout.fixed).tolist()]
+    prior = lengths.scene, float(np.deg2rad(options.drift_deg))
+    everyone = np.ones(len(labels.yaw))
+    return [_around(labels, j, everyone, prior) for j in np.flatnonzero(labels.fixed).tolist()]
 
 
 def a_group(

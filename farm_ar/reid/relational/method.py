@@ -13,7 +13,7 @@ from farm_ar.arrays import FloatArray
 from farm_ar.errors import SnapshotError
 from farm_ar.reid.base import Identification
 from farm_ar.reid.likelihood.kernels import decide
-from farm_ar.reid.likelihood.method import LikelihoodReid, eyes_of
+from farm_ar.reid.likelihood.method import LikelihoodReid
 from farm_ar.reid.likelihood.records import Answer, Found
 from farm_ar.reid.relational.groups import anchors_of, groups_of, usual_distance
 from farm_ar.reid.relational.options import Relation, RelationalOptions
@@ -44,9 +44,9 @@ class RelationalReid(LikelihoodReid):
     def __init__(self, scene: Scene, options: RelationalOptions | None = None) -> None:
         self.shared = options or RelationalOptions()
         super().__init__(scene, self.shared.alone)
-        self._spacing = usual_distance(scene)
-        self._groups = groups_of(scene, self._labels, self.shared)
-        self._anchors = anchors_of(scene, self._labels, self.shared)
+        self._spacing = usual_distance(scene, self._lengths)
+        self._groups = groups_of(self._labels, self._lengths, self._spacing, self.shared)
+        self._anchors = anchors_of(self._labels, self._lengths, self.shared)
         self._between: Camera | None = None
         self._told: list[Relation] | None = None
 
@@ -106,11 +106,13 @@ class RelationalReid(LikelihoodReid):
             known=self._known(cameras),
             names=self.scene.layout.labels,
             options=self.shared,
+            lengths=self._lengths,
+            middle=self._position(np.array(self._lengths.middle)),
             spacing=self._spacing,
             groups=self._groups,
             anchors=self._anchors,
         )
-        found_out = hypotheses(setting, eyes_of(cameras), found)
+        found_out = hypotheses(setting, self._eyes(cameras), found)
         evidence = np.array([one.log_prior + one.outcome.evidence for one in found_out])
         weight = np.exp(evidence - evidence.max())
         weight /= weight.sum()
@@ -128,7 +130,16 @@ class RelationalReid(LikelihoodReid):
         decide(answer.probability[b, :n], float(self.options.min_confidence), answer, b)
         if self._told is not None:
             for one, probability in zip(found_out, share, strict=True):
-                self._told.append(replace(one.relation, probability=float(probability)))
+                self._told.append(self._in_world(replace(one.relation, probability=float(probability))))
+
+    def _in_world(self, relation: Relation) -> Relation:
+        """A motion as it is in the world, not in the frame of the kernels."""
+        if self._room is None or relation.kind == "alone":
+            return relation
+        pivot, shift = self._room.world(np.array(relation.pivot)), self._room.shift(np.array(relation.shift))
+        return replace(
+            relation, pivot=(float(pivot[0]), float(pivot[1])), shift=(float(shift[0]), float(shift[1]))
+        )
 
 
 def _averaged(one: Hypothesis, weight: FloatArray, gone_rate: float) -> tuple[FloatArray, FloatArray]:
@@ -152,6 +163,7 @@ def _repeated(found: Found, b: int, n: int, rows: int) -> Found:
         category=repeat(found.category),
         sides=repeat(found.sides),
         half=repeat(found.half),
+        elevation=repeat(found.elevation),
     )
 
 

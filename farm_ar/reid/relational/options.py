@@ -17,10 +17,10 @@ class RelationalOptions:
     Args:
         alone: how each label moves, whether or not it also moved with others.
         drift: probability that the frame in which cameras and detections are given has drifted.
-        drift_m: SD of the drift's shift in x and z, metres.
-        drift_deg: SD of its turn, degrees: about the camera, or about the origin.
+        drift_m: SD of the drift's shift in x and z, metres; None for a fifth of the look-alikes' spacing.
+        drift_deg: SD of its turn, degrees: about the camera, or about the middle of the scene.
         group: probability that a group of labels has moved as one.
-        group_m: SD of the group's shift in x and z, metres; None for an eighth of the room's diagonal.
+        group_m: SD of the group's shift in x and z, metres; None for a third of the look-alikes' extent.
         group_deg: SD of its turn, degrees.
         reach_m: how far a group reaches, as SD, metres; None for 1.8 times the usual distance of a label to
             the nearest other one.
@@ -32,7 +32,7 @@ class RelationalOptions:
 
     alone: LikelihoodOptions = field(default_factory=LikelihoodOptions)
     drift: float = 0.15
-    drift_m: float = 0.05
+    drift_m: float | None = None
     drift_deg: float = 2.5
     group: float = 0.15
     group_m: float | None = None

@@ -10,8 +10,9 @@ import numpy as np
 from farm_ar.arrays import BoolArray, FloatArray
 from farm_ar.reid.likelihood.densities import look
 from farm_ar.reid.likelihood.records import Eyes, Found, Known, Ways
+from farm_ar.reid.place import USUAL_LENGTH_M, Lengths
 from farm_ar.reid.registration import RigidMotion, concentration_of
-from farm_ar.reid.relational.fitting import Limits, fill_frame, fit_frame, fit_group, new_reach
+from farm_ar.reid.relational.fitting import STILL, Limits, fill_frame, fit_frame, fit_group, new_reach
 from farm_ar.reid.relational.groups import a_group, fresh
 from farm_ar.reid.relational.options import Relation, RelationalOptions
 from farm_ar.reid.relational.records import Frame, Group, Outcome, Search, Sight
@@ -35,8 +36,11 @@ WIDE = 0.05
 LIMIT = 3.0
 """SDs within which motions are looked for."""
 
-NEAR = 2.0
-"""Distance of a camera from a pivot, metres, up to which turning about it does not move what is seen far."""
+NEAR = 2.0 / USUAL_LENGTH_M
+"""Distance of a camera from a pivot, by the scene's length, up to which turning moves little that is far."""
+
+DRIFT = 0.2
+"""SD of a drift's shift in x and z, by the spacing of look-alikes, where none is given."""
 
 KEPT_SEEDS = 5
 """Motions of each group that are compared with others'."""
@@ -65,6 +69,8 @@ class Setting(NamedTuple):
         known: the labels and models.
         names: of the labels.
         options: what is assumed.
+        lengths: of the scene.
+        middle: (2,) of the scene, metres.
         spacing: usual distance of a label to the nearest other one, metres.
         groups: those that may have moved.
         anchors: all labels, around each that is fixed.
@@ -73,6 +79,8 @@ class Setting(NamedTuple):
     known: Known
     names: tuple[str, ...]
     options: RelationalOptions
+    lengths: Lengths
+    middle: FloatArray
     spacing: float
     groups: list[Group]
     anchors: list[Group]
@@ -88,7 +96,7 @@ def hypotheses(setting: Setting, eyes: Eyes, found: Found) -> list[Hypothesis]:
     """
     options, labels = setting.options, len(setting.names)
     raw = _sight(eyes, found, labels)
-    look(setting.known, found.category[0], found.sides[0], raw.like, raw.nothing)
+    look(setting.known, found, 0, raw.like, raw.nothing)
     frame = _frame(setting, raw)
     fill_frame(setting.known, frame)
     no_group = float(np.log1p(-options.group))
@@ -96,14 +104,14 @@ def hypotheses(setting: Setting, eyes: Eyes, found: Found) -> list[Hypothesis]:
     best, still = result[0], frame
     use = _worth_using(setting, best.outcome)
     if options.drift > 0:
-        for pivot in (raw.eyes.position.mean(axis=0), np.zeros(2)):
+        for pivot in (raw.eyes.position.mean(axis=0), setting.middle):
             log_prior = float(np.log(options.drift / 2)) + no_group
             hypothesis, drifted = _drifted(setting, raw, still, pivot, use, log_prior, best.best)
             result.append(hypothesis)
             if hypothesis.best > best.best:
                 best, frame = hypothesis, drifted
     if options.group > 0 and len(raw.nothing) > 1:
-        log_prior = best.log_prior - no_group + float(np.log(options.group / labels))
+        log_prior = best.log_prior - no_group + float(np.log(options.group / max(len(setting.groups), 1)))
         highest = best.best
         for q, motion in _promising(setting, frame):
             result.append(_moved(setting, frame, q, motion, use, log_prior, highest))
@@ -130,7 +138,7 @@ def _alone(setting: Setting, frame: Frame, log_prior: float) -> Hypothesis:
     """That each label moved alone: a group without members."""
     nobody = a_group(setting.known.labels, np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(2), (1.0, 1.0))
     outcome = _outcome(frame)
-    limits = Limits(np.ones(len(outcome.evidence), dtype=bool), 0, -np.inf)
+    limits = Limits(np.ones(len(outcome.evidence), dtype=bool), 0, -np.inf, _still(setting))
     fit_group(setting.known, frame, nobody, limits, np.zeros(3), outcome)
     return Hypothesis(Relation("alone", 0.0), log_prior, outcome)
 
@@ -147,12 +155,12 @@ def _drifted(
     """That the frame drifted about a pivot, from the start that leads to the most."""
     options, labels = setting.options, np.arange(len(setting.names))
     turn_sd = float(np.deg2rad(options.drift_deg))
-    prior = options.drift_m, turn_sd
+    prior = _drift_sd(setting), turn_sd
     everyone = a_group(setting.known.labels, labels, np.ones(len(labels)), pivot, prior)
     reached: list[tuple[Hypothesis, Frame]] = []
     for motion in _drift_starts(setting, still, pivot, turn_sd):
         frame = _frame(setting, _sight(raw.eyes, raw.found, 0, raw))
-        outcome, limits = _outcome(frame), Limits(use, STEPS, best - log_prior - NEGLIGIBLE)
+        outcome, limits = _outcome(frame), Limits(use, STEPS, best - log_prior - NEGLIGIBLE, _still(setting))
         fit_frame(setting.known, raw, everyone, limits, motion, frame, outcome)
         hypothesis = Hypothesis(_relation("drift", everyone, motion), log_prior, outcome)
         best = max(best, hypothesis.best)
@@ -165,12 +173,12 @@ def _drift_starts(setting: Setting, still: Frame, pivot: FloatArray, turn_sd: fl
 
     What is fixed shows the drift as exactly as it is detected, but only from close by.
     """
-    near = np.linalg.norm(still.sight.eyes.position - pivot, axis=-1).max() < NEAR
+    near = np.linalg.norm(still.sight.eyes.position - pivot, axis=-1).max() < NEAR * setting.lengths.scene
     starts = [np.array([0.0, 0.0, sign * turn_sd]) for sign in ((0.0,) if near else (0.0, -1.0, 1.0))]
     if not setting.anchors:
         return starts
     away = float(np.linalg.norm(still.sight.found.position[0] - pivot, axis=-1).max())
-    longest = LIMIT * float(np.hypot(setting.options.drift_m, away * turn_sd))
+    longest = LIMIT * float(np.hypot(_drift_sd(setting), away * turn_sd))
     search = _search(setting, SPREADS[-1], longest, LIMIT * turn_sd)
     best = best_motions(setting.known, search, still.sight, still.reach, setting.anchors, 1)
     for anchor, motions in zip(setting.anchors, best, strict=True):
@@ -180,12 +188,23 @@ def _drift_starts(setting: Setting, still: Frame, pivot: FloatArray, turn_sd: fl
     return starts
 
 
+def _still(setting: Setting) -> float:
+    """By how much a motion that is found may still change, metres."""
+    return STILL * setting.lengths.scene / USUAL_LENGTH_M
+
+
+def _drift_sd(setting: Setting) -> float:
+    """SD of a drift's shift in x and z, metres."""
+    given = setting.options.drift_m
+    return DRIFT * setting.lengths.spacing if given is None else given
+
+
 def _moved(
     setting: Setting, frame: Frame, q: int, motion: FloatArray, use: BoolArray, log_prior: float, best: float
 ) -> Hypothesis:
     """That a group moved, by about a motion."""
     group, outcome = fresh(setting.groups[q]), _outcome(frame)
-    limits = Limits(use, STEPS, best - log_prior - NEGLIGIBLE)
+    limits = Limits(use, STEPS, best - log_prior - NEGLIGIBLE, _still(setting))
     fit_group(setting.known, frame, group, limits, motion, outcome)
     label = setting.names[group.label[0]]
     return Hypothesis(_relation("group", group, motion, label), log_prior, outcome)

@@ -86,8 +86,8 @@ def test_the_compiled_coordinate_density_is_the_same(plain):
             assert density(x, label, np.inf, motion_sd, 0.005) == pytest.approx(endless, rel=1e-9, abs=1e-300)
 
 
-def test_a_prior_shrinks_with_the_room_and_sums_to_one():
-    usual, small = NoisePrior().models(10.0), NoisePrior().models(1.4)
+def test_a_prior_shrinks_with_the_scene_and_sums_to_one():
+    usual, small = NoisePrior().models(7.0), NoisePrior().models(1.4)
     assert sum(share for share, _ in usual) == pytest.approx(1.0)
     assert usual[0][1][0].translation_sd == pytest.approx(0.08)
     assert small[0][1][0].translation_sd == pytest.approx(0.08 * 0.2)
