@@ -170,7 +170,7 @@ def _mot(path: str | os.PathLike[str]) -> Tracks:
         frame, identity, left, top, width, height = values[:6]
         place = (values[7], values[8]) if world else (left + width / 2, -(top + height))
         category = f"class {values[7]:g}" if len(values) == 9 else "object"
-        found.append((line, frame, f"{identity:g}", place, float("nan"), category))
+        found.append((line, frame, _name(identity), place, float("nan"), category))
     return _checked(path, found)
 
 
@@ -192,7 +192,7 @@ def _table(path: str | os.PathLike[str], columns: Mapping[str, str]) -> Tracks:
         degrees = value.get("heading", "")
         yaw = np.deg2rad(_number(degrees, line, place["heading"], path)) if degrees else float("nan")
         number = number_in(value["id"])
-        name = value["id"] if number is None else f"{number:g}"
+        name = value["id"] if number is None else _name(number)
         found.append((line, frame, name, (x, z), float(yaw), value.get("category") or "object"))
     return _checked(path, found)
 
@@ -266,6 +266,11 @@ def _lines(path: str | os.PathLike[str], separator: str | None) -> Iterator[tupl
         sign = separator or next((sign for sign in (",", ";", "\t") if sign in line), None)
         cells = line.split() if sign is None else next(csv.reader([line], delimiter=sign))
         yield number, [cell.strip() for cell in cells]
+
+
+def _name(number: float) -> str:
+    """What an object with a number is called: all digits of it, so that no two are one."""
+    return f"{number:.0f}" if number.is_integer() else repr(number)
 
 
 def _number(text: str, line: int, column: int, path: str | os.PathLike[str]) -> float:

@@ -71,7 +71,10 @@ def identify(
     wrong = [i for one in findings if one.kind == "sizes" for i in one.detections]
     snapshot = _without_sizes(snapshot, wrong)
     answer = rule.identify(snapshot if len(kept) == len(reasons) else some(snapshot, kept))
-    return _whole(_explained(answer, scene, snapshot, kept), kept, reasons, tuple(said), sure)
+    # If the snapshot does not mean what it says, every answer is as probable as any other.
+    any_answer = (1 - sure) / (len(answer.candidates or scene.layout) + 1)
+    answer = _explained(answer, scene, snapshot, kept)
+    return _whole(answer, kept, reasons, tuple(said), (sure, any_answer))
 
 
 def _explained(answer: Identification, scene: Scene, snapshot: Snapshot, kept: IntArray) -> Identification:
@@ -126,15 +129,15 @@ def _whole(
     kept: IntArray,
     reasons: tuple[str | None, ...],
     said: tuple[str, ...],
-    sure: float,
+    odds: tuple[float, float],
 ) -> Identification:
-    """The answer to some of the detections as one to all."""
+    """The answer to some of the detections as one to all; odds that it counts, and of any if it does not."""
     n = len(reasons)
     labels: list[str | None] = [None] * n
     why = list(reasons)
     for i, label, reason in zip(kept, answer.labels, answer.reason, strict=True):
         labels[i], why[i] = label, reason
-    assurance = partial(_assured, answer, kept, n, said, sure)
+    assurance = partial(_assured, answer, kept, n, said, odds)
     return replace(
         answer,
         labels=tuple(labels),
@@ -151,16 +154,16 @@ def _placed(values: FloatArray, kept: IntArray, n: int) -> FloatArray:
     return result
 
 
-def _assured(answer: Identification, kept: IntArray, n: int, said: tuple[str, ...], sure: float) -> Assurance:
+def _assured(
+    answer: Identification, kept: IntArray, n: int, said: tuple[str, ...], odds: tuple[float, float]
+) -> Assurance:
     runner_up: list[str | None] = [None] * n
     for i, label in zip(kept, answer.runner_up, strict=True):
         runner_up[i] = label
     certified = answer.certified
     if certified is not None:
         certified = replace(certified, detections=tuple(int(kept[i]) for i in certified.detections))
-    # If the snapshot does not mean what it says, every answer is as probable as any other.
-    any_answer = (1 - sure) / (len(answer.candidates) + 1)
-    probability = answer.probability
+    (sure, any_answer), probability = odds, answer.probability
     return Assurance(
         margin=_placed(answer.margin, kept, n),
         runner_up=tuple(runner_up),

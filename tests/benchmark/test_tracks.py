@@ -136,3 +136,10 @@ def test_a_gap_that_no_two_frames_have_is_refused(tmp_path: Path):
     tracks = read_tracks(written(tmp_path, MOT), "mot")
     with pytest.raises(OptionError, match=r"^--gap: must be a distance between two frames of walk"):
         pairs_of(tracks, 50, 1, 10, "given")
+
+
+def test_objects_with_long_numbers_are_not_taken_for_one(tmp_path: Path):
+    table = "frame,id,x,z\n0,1234567,0,0\n0,1234568,3,0\n0,1.5,6,0\n"
+    assert read_tracks(written(tmp_path, table), "table").identity == ("1234567", "1234568", "1.5")
+    mot = "1,1234567,10,20,4,6,1,-1,-1,-1\n1,1234568,100,40,10,20,1,-1,-1,-1\n"
+    assert read_tracks(written(tmp_path, mot), "mot").identity == ("1234567", "1234568")

@@ -17,6 +17,7 @@ from farm_ar.reid import (
     align,
     identify,
 )
+from farm_ar.reid.base import Assurance, Identification
 from farm_ar.reid.plausibility import set_aside
 from farm_ar.scenes import Camera, Detections, FieldOfView, Layout, Scene, Snapshot
 
@@ -193,6 +194,13 @@ def test_what_stands_near_above_or_is_of_another_category_is_another_thing(scene
     assert set_aside(scene, other) == (None,) * 6
 
 
+def test_heights_count_where_sizes_are_not_known(scene):
+    unknown = np.full((6, 3), np.nan)
+    above = again(scene, 1, size=unknown, elevation=np.array([0, 0, 0, 0, 0, 1.0]))
+    assert set_aside(scene, above) == (None,) * 6
+    assert set_aside(scene, again(scene, 1, size=unknown))[5] == "the same thing as detection 1"
+
+
 def test_things_that_coincide_in_the_map_may_coincide_in_a_snapshot(scene):
     layout = scene.layout
     piled = scene.knowing(
@@ -242,6 +250,19 @@ def test_a_snapshot_that_fits_far_better_mirrored_is_not_answered_with_confidenc
     np.testing.assert_allclose(wrong.probability.sum(axis=1), 1.0)
     unchecked = identify(known, snapshot(known, position=known.layout.position * (1, -1)), checks=False)
     assert unchecked.warnings == ()
+
+
+def test_a_method_that_names_no_candidates_is_doubted_as_others_are(scene):
+    class Sure(Reidentifier):
+        def __init__(self, scene):
+            self.scene = scene
+
+        def identify(self, snapshot):
+            n = len(snapshot.detections)
+            return Identification(self.scene.layout.labels[:n], assurance=Assurance(confidence=np.ones(n)))
+
+    wrong = snapshot(scene, position=scene.layout.position * 100)
+    assert identify(scene, wrong, Sure).confidence == pytest.approx(np.full(5, 1 / 6), abs=1e-3)
 
 
 def test_nothing_detected_is_an_empty_answer(scene):

@@ -112,9 +112,9 @@ def _neighbours(things: Detections | Layout, spacing: float) -> IntArray:
 def _coincide(things: Detections | Layout, a: int, b: int, spacing: float) -> float:
     """The share of either footprint that the other covers, the smaller of the two; 0 at different heights."""
     between = things.position[a] - things.position[b]
-    if np.isnan(things.size[[a, b]]).any() or np.isnan(things.yaw[[a, b]]).any():
-        return float(np.hypot(*between) <= NEAR * spacing)
     above = abs(float(things.elevation[a] - things.elevation[b]))
+    if np.isnan(things.size[[a, b]]).any() or np.isnan(things.yaw[[a, b]]).any():
+        return float(np.hypot(np.hypot(*between), above) <= NEAR * spacing)
     if above > things.size[[a, b], 1].min() / 2:
         return 0.0
     return min(_covered(things, a, b), _covered(things, b, a))

@@ -125,7 +125,7 @@ class Session:
             answer = identify(self.scene, snapshot, self._reid)
             if isinstance(self._reid, AdaptiveReid) and any(track.held for track in going.values()):
                 hinted = _Hinted(self._reid, hints(layout.labels, seen, going))
-                given = identify(self.scene, snapshot, hinted, checks=False)
+                given = identify(self.scene, snapshot, hinted)
         answer, tracks = with_tracks(answer, given, layout.labels, seen, going, self._switch_rate)
         self._add(Looked(came, answer.labels, tracks))
         return answer

@@ -210,6 +210,19 @@ def test_a_session_takes_the_frame_of_the_day_if_it_is_certain():
     assert other.state.frame is None
 
 
+def test_tracks_do_not_lift_the_doubt_about_a_snapshot_that_cannot_be_right():
+    rng = np.random.default_rng(0)
+    place, yaw, n = rng.uniform(0, 6, (10, 2)), rng.uniform(-3, 3, 10), 10
+    tracks = tuple(f"t{i}" if i < 3 else None for i in range(n))
+    session = Session(scene(place, yaw, ("chair",) * n))
+    session.identify(seen(place, yaw, ("chair",) * n, tracks))
+    session.confirm()
+    answer = session.identify(seen(place * 100, yaw, ("chair",) * n, tracks))
+    assert any("centimetres" in warning for warning in answer.warnings)
+    assert (answer.confidence[:3] > 0.9).all()  # the tracks themselves went on
+    assert answer.confidence[3:].max() < 0.3
+
+
 def test_only_the_adaptive_method_learns():
     for reid, learns in (("adaptive", True), (AdaptiveReid, True), ("likelihood", False), ("spatial", False)):
         session = Session(scene(), reid)
