@@ -43,6 +43,8 @@ MOST = {
 KNOWLEDGE = ("white-box", "black-box")
 
 
+SESSIONS = ("off", "learn")
+
 RENDER_MODES = ("rgb_array",)
 
 
@@ -63,6 +65,8 @@ class EnvConfig:
         sign: 1 pays for harm (an adversary), -1 for its opposite (a helper).
         effort_weight: what a unit of effort costs beside a wrong label.
         reid: a re-identifier's name, or a function from a `Scene` to a `Reidentifier`.
+        session: whether the game learns from its answers how untidy the table is, one of `SESSIONS`; only
+            `adaptive`, or a function that makes such a re-identifier, learns.
         perception: one of `PERCEPTIONS`, or a `Perception`.
         budget_m: what a visit may move all objects together, metres.
         budget_rad: what it may turn them, radians.
@@ -91,6 +95,7 @@ class EnvConfig:
     sign: int = 1
     effort_weight: float = 0.25
     reid: str | ReidFactory = "spatial"
+    session: str = "off"
     perception: str | Perception = "oracle"
     budget_m: float = 0.6
     budget_rad: float = float(np.pi / 2)
@@ -117,9 +122,15 @@ class EnvConfig:
         self._check_name("reward", REWARDS)
         self._check_name("jitter", JITTERS)
         self._check_name("fov", FIELDS_OF_VIEW)
+        self._check_name("session", SESSIONS)
         expected = "must be rgb_array, through gym.make also rgb_array_list, or None; there is no window"
         self._check("render_mode", self.render_mode in (None, *RENDER_MODES), expected)
         reid_factory(self.reid)
+        if self.session == "learn":
+            learns = not isinstance(self.reid, str) or self.reid == "adaptive"
+            self._check(
+                "session", learns, f"must be off with reid {self.reid}: adaptive is the one that learns"
+            )
         perception_of(self.perception)
         for name in ("visits", "moves"):
             self._make_int(name, 1, "must be a whole number not below 1")
@@ -146,8 +157,9 @@ class EnvConfig:
         return self.knowledge == "white-box"
 
     def arguments(self) -> dict[str, Any]:
-        """The arguments, by name, of which an equal one is made."""
-        return {field.name: getattr(self, field.name) for field in fields(self)}
+        """The arguments, by name, of which an equal one is made; without a session that is off, as before."""
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {name: value for name, value in values.items() if (name, value) != ("session", "off")}
 
     def _check_name(self, name: str, names: Iterable[str]) -> None:
         value = getattr(self, name)

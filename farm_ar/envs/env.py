@@ -166,6 +166,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
     | `knowledge` | `"white-box"` | or `"black-box"`: the policy sees the table, not the headset's belief state |
     | `reward`, `sign`, `effort_weight` | `"identity"`, 1, .25 | see Rewards |
     | `reid` | `"spatial"` | `likelihood`, `relational`, `nearest`, `distance`, `squared-distance`, `last-known`, or a function from a `Scene` to a `Reidentifier` |
+    | `session` | `"off"` | or `"learn"`, with `reid="adaptive"`: answers of an episode teach it how untidy the table is |
     | `perception` | `"oracle"` | or a `Perception` |
     | `budget_m`, `budget_rad` | .6, pi / 2 | what a visit may move and turn all objects together, metres and radians |
     | `budget` | `None` | one effort in place of both |

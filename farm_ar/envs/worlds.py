@@ -16,6 +16,7 @@ from farm_ar.game_logic.physics.tabletop import MotionLimit
 from farm_ar.game_logic.render_state import RenderState
 from farm_ar.geometry import to_pymunk, wrap
 from farm_ar.reid import reid_factory
+from farm_ar.reid.session import SessionReid
 from farm_ar.scenes import Camera, Layout, Scene
 
 
@@ -155,6 +156,8 @@ def new_world(
 ) -> World:
     """The game, or the plain scene, with everything where it starts."""
     make_reid, perception = reid_factory(config.reid), perception_of(config.perception)
+    if config.session == "learn":
+        make_reid = SessionReid(make_reid)
     if config.head_noise_deg > 0:
         perception = UnsteadyHead(perception, float(np.deg2rad(config.head_noise_deg)))
     if config.game:

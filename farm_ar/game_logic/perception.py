@@ -92,6 +92,7 @@ def _exactly(truth: Layout, camera: Camera) -> Perceived:
         elevation=truth.elevation[source],
         confidence=np.ones(len(numbers)),
         ids=tuple([str(i) for i in range(len(numbers))]),
+        track_id=(None,) * len(numbers),
     )
     return Perceived(Snapshot.trusted(camera=camera, detections=detections), source)
 

@@ -44,6 +44,8 @@ VARIANTS = [
     (MOVE, {"reid": "distance"}),
     (MOVE, {"reid": "last-known"}),
     (MOVE, {"reid": all_sites}),
+    (MOVE, {"reid": "adaptive", "session": "learn", "visits": 2, "moves": 2}),
+    (SCENE, {"scene": "farm", "reid": "adaptive", "session": "learn"}),
     (MOVE, {"perception": NOISY}),
     (MOVE, {"budget_m": 0.1, "budget_rad": 0.2}),
     (MOVE, {"budget": 0.2}),

@@ -56,6 +56,8 @@ ARGUMENTS = [
     ("control", None, "hand, layout, move"),
     ("effort_weight", -1, "a number not below 0"),
     ("play_seconds", None, "a number not below 0"),
+    ("session", "on", "learn, off"),
+    ("session", "learn", "off with reid spatial"),
     ("head_noise_deg", -3.0, "a number not below 0"),
     ("animals_a_second", -1.0, "a number not below 0"),
     ("game", "yes", "True or False"),

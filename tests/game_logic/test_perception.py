@@ -38,7 +38,7 @@ def test_without_noise_one_snapshot_is_what_snapshots_of_many_layouts_are(name, 
         perceived, batch = OraclePerception().perceive(truth, camera, rng), observe_many(truth, camera)
         seen, wanted = perceived.snapshot.detections, batch.snapshot(0).detections
         np.testing.assert_array_equal(perceived.source, batch.truth[0, : batch.count[0]])
-        assert (seen.category, seen.ids) == (wanted.category, wanted.ids)
+        assert (seen.category, seen.ids, seen.track_id) == (wanted.category, wanted.ids, wanted.track_id)
         for part in ("position", "yaw", "size", "elevation", "confidence"):
             np.testing.assert_array_equal(getattr(seen, part), getattr(wanted, part))
 

@@ -279,6 +279,11 @@ def test_detections_far_away_and_in_one_place_are_borne():
     found = align(scene, snapshot_of(lost, np.zeros(10)))
     assert found.inliers == (0, 1, 2, 3, 4, 5)
     assert off(found, motion_of(0, 0, 0), snapshot_of(place, yaw))[1] == pytest.approx(0, abs=1e-6)
+    one = snapshot_of(np.vstack([place, [[0.0, 0.0]]]), np.zeros(9))
+    broken = {"position": np.vstack([place, [[np.nan, np.nan]]]), "yaw": np.append(yaw, np.nan)}
+    broken = replace(one, detections=Detections.trusted(**vars(one.detections) | broken))
+    assert align(scene, broken).inliers == tuple(range(8))
+    assert align(scene, broken).confidence == pytest.approx(align(scene, snapshot_of(place, yaw)).confidence)
     same = np.zeros((8, 2))
     pile = align(scene_of(same, yaw), snapshot_of(same, yaw))
     assert off(pile, motion_of(0, 0, 0), snapshot_of(same, yaw)) == pytest.approx((0, 0), abs=1e-9)

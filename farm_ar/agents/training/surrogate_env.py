@@ -38,6 +38,7 @@ ONLY = {
     "observation": "state",
     "knowledge": "white-box",
     "reid": "spatial",
+    "session": "off",
     "perception": "oracle",
     "budget": None,
     "visits": 1,

@@ -213,7 +213,8 @@ def _in_view(problem: Problem, motions: FloatArray) -> BoolArray:
     camera, found = problem.snapshot.camera, problem.snapshot.detections
     view = camera.fov.left, camera.fov.right, camera.fov.range_m
     own = in_view(found.position, camera.position, camera.yaw, *view)
-    if camera.fov.up is not None or not len(found) or own.mean() < OWN_VIEW:
+    own = own[np.isfinite(found.position).all(axis=1)]
+    if camera.fov.up is not None or not len(own) or own.mean() < OWN_VIEW:
         return np.zeros((len(motions), problem.fit.shape[1]), dtype=bool)
     back = turned(problem.known.position - motions[:, None, 1:3], -motions[:, :1])
     return in_view(back * problem.spacing + problem.middle, camera.position, camera.yaw, *view)

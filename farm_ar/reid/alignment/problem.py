@@ -103,12 +103,15 @@ def problem_of(scene: Scene, snapshot: Snapshot) -> Problem:
     """The problem that a map and a snapshot pose."""
     layout, found = scene.layout, snapshot.detections
     spacing = spacing_of(layout.position, layout.size)
-    middle = found.position.mean(axis=0) if len(found) else snapshot.camera.position
+    whole = np.asarray(np.isfinite(found.position).all(axis=1))
+    middle = found.position[whole].mean(axis=0) if whole.any() else snapshot.camera.position
     centre = np.median(layout.position, axis=0) if len(layout) else np.zeros(2)
     period = np.array([scene.symmetry.get(name, 2 * np.pi) for name in layout.category], dtype=np.float64)
     known = Things((layout.position - centre) / spacing, np.array(layout.yaw), period)
-    seen = Things((found.position - middle) / spacing, np.array(found.yaw), np.zeros(len(found)))
+    place = np.where(whole[:, None], found.position - middle, 0.0) / spacing
+    seen = Things(place, np.array(found.yaw), np.zeros(len(found)))
     fit = _looks(scene, snapshot)
+    fit[~whole] = -np.inf  # a broken pose is that of no label
     reach = np.quantile(np.linalg.norm(known.position, axis=1), 0.9) if len(layout) else 0.0
     area = max(float(np.pi * (reach + 1) ** 2), float(len(layout)))
     like = (fit > -np.inf).sum(axis=1).astype(np.float64)

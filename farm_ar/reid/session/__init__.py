@@ -1,5 +1,6 @@
 """Sessions: identities over many snapshots of one place, with what is confirmed, corrected and learnt."""
 
+from farm_ar.reid.session.in_play import SessionReid
 from farm_ar.reid.session.method import Session
 from farm_ar.reid.session.state import Aligned, Committed, Confirmed, Corrected, Event, Look, Looked, State
 from farm_ar.reid.session.tracks import Track
@@ -13,6 +14,7 @@ __all__ = [
     "Look",
     "Looked",
     "Session",
+    "SessionReid",
     "State",
     "Track",
 ]

@@ -281,7 +281,7 @@ def _committed(state: State) -> State:
     layout = state.scene.layout
     position, yaw, elevation = layout.position.copy(), layout.yaw.copy(), layout.elevation.copy()
     for j, label in enumerate(layout.labels):
-        if label in state.seen:
+        if label in state.seen and not layout.fixed[j]:
             x, z, heading, y = state.seen[label]
             position[j], elevation[j] = (x, z), y
             yaw[j] = yaw[j] if np.isnan(heading) else heading

@@ -6,7 +6,7 @@ import pytest
 from farm_ar.errors import OptionError, SessionError
 from farm_ar.reid import AdaptiveReid, Identification, RigidMotion, Session
 from farm_ar.reid.alignment import moved
-from farm_ar.reid.session import Aligned, Committed, Confirmed, Corrected
+from farm_ar.reid.session import Aligned, Committed, Confirmed, Corrected, SessionReid
 from farm_ar.scenes import Camera, Detections, FieldOfView, Layout, Scene, Snapshot
 
 ALL_ROUND = FieldOfView(np.pi, np.pi, 1e6)
@@ -190,6 +190,31 @@ def test_what_is_out_of_view_is_not_lost_and_stays_where_it_was():
     session.commit()
     assert session.lost == ()
     assert session.scene.layout.position == pytest.approx(PLACE)
+
+
+def test_what_is_fixed_stays_where_it_was():
+    session = Session(scene(fixed=np.array([True, False, False, False])))
+    session.identify(seen(PLACE + 0.1))
+    session.confirm(("o0", "o1", "o2", "o3"))
+    session.commit()
+    assert session.scene.layout.position == pytest.approx(np.vstack([PLACE[:1], PLACE[1:] + 0.1]))
+
+
+def test_in_play_each_answer_is_believed_and_learnt_from():
+    reid, known = SessionReid(AdaptiveReid), scene()
+    session = Session(scene())
+    for shift in (0.05, 0.1, 0.15):
+        one = seen(PLACE + shift)
+        answer, expected = reid(known).identify(one), session.identify(one)
+        assert answer.labels == expected.labels
+        assert answer.probability == pytest.approx(expected.probability)
+        session.confirm()
+        session.commit()
+        known = session.scene
+    plain = AdaptiveReid(known).identify(seen(PLACE + 0.4)).probability
+    learnt = reid(known).identify(seen(PLACE + 0.4)).probability
+    assert learnt[:, -1] == pytest.approx(session.identify(seen(PLACE + 0.4)).probability[:, -1])
+    assert (learnt[:, -1] < 0.5 * plain[:, -1]).all()  # nothing was new in three snapshots
 
 
 def test_a_session_takes_the_frame_of_the_day_if_it_is_certain():
