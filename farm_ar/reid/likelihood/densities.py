@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from farm_ar.arrays import FloatArray
+from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.kernels import compiled
 from farm_ar.reid.likelihood.motions import WALL
 from farm_ar.reid.likelihood.records import Eyes, Found, Known, Labels, Models, View
@@ -152,6 +152,32 @@ def in_view(view: View, eye: FloatArray, b: int, x: float, y: float, z: float) -
 
 
 @_compile
+def side_error(table: FloatArray, code: IntArray, known_code: IntArray, gap: FloatArray) -> float:
+    """The error that the logarithms of the sides seem to have; 0 where nothing is known of it.
+
+    Among M look-alikes measured inexactly one is nearer in size than the right one. The least of M squares is
+    compared with what it is in the middle for an error of 1; the median over the detections tells the error.
+
+    Args:
+        table: (C + 1, C) probability of each detected category for each true one.
+        code: (N,) detected categories.
+        known_code: (M,) those of the labels.
+        gap: (N, M) sums of squares of what the logarithms of the sides differ by; NaN where not known.
+    """
+    error, count = np.empty(len(gap)), 0
+    for i in range(len(gap)):
+        least, alike = np.inf, 0
+        for j in range(gap.shape[1]):
+            if table[code[i], known_code[j]] > 0.0 and not math.isnan(gap[i, j]):
+                least, alike = min(least, gap[i, j]), alike + 1
+        if alike > 0:
+            # Where x is small, a sum of 3 squares is below x with a probability of 0.266 x^1.5.
+            error[count] = least / ((1.0 - 0.5 ** (1.0 / alike)) / 0.266) ** (2.0 / 3.0)
+            count += 1
+    return math.sqrt(np.median(error[:count])) if count > 0 else 0.0
+
+
+@_compile
 def look(known: Known, found: Found, b: int, like: FloatArray, nothing: FloatArray) -> None:
     """Fill in how likely the detections' looks and heights are.
 
@@ -169,13 +195,17 @@ def look(known: Known, found: Found, b: int, like: FloatArray, nothing: FloatArr
     known_code, known_sides, height = known.labels.category, known.labels.sides, known.labels.elevation
     elevation = found.elevation
     n, m = like.shape
+    gap = np.empty((n, m))
+    for i in range(n):
+        for j in range(m):
+            gap[i, j] = 0.0
+            for k in range(3):
+                gap[i, j] += (sides[b, i, k] - known_sides[j, k]) ** 2
+    side_sd = max(float(detecting.log_side_sd), side_error(table, code[b, :n], known_code, gap))
     for i in range(n):
         every, squared = 0.0, 0.0
         for j in range(m):
-            total = 0.0
-            for k in range(3):
-                total += (sides[b, i, k] - known_sides[j, k]) ** 2
-            squares = 3.0 if math.isnan(total) else total / detecting.log_side_sd**2
+            squares = 3.0 if math.isnan(gap[i, j]) else gap[i, j] / side_sd**2
             one = table[code[b, i], known_code[j]] * math.exp(-0.5 * squares)
             rise = (elevation[b, i] - height[j]) / detecting.height_sd
             if not math.isnan(rise):

@@ -131,11 +131,11 @@ def models_that_count(known: Known, eyes: Eyes, found: Found, b: int, ways: Ways
     translation_density(known, labels, found.position[b], reach.place)
     heading_density(models, labels, found.yaw[b], reach.heading)
     weigh(known, reach, like, ways)
-    bound, scaled = np.empty(count), np.empty(count)
+    bound, scaled, false = np.empty(count), np.empty(count), found.false[b]
     for k in range(count):
-        none = ways.none[k]
+        none, rate = ways.none[k], max(models.none_rate[k], LEAST_NONE)
         for i in range(n):
-            none[i] = max(nothing[i] * max(models.none_rate[k], LEAST_NONE), 1e-290)
+            none[i] = max(nothing[i] * (rate + false[i]), 1e-290)
         scaled[k] = models.log_prior[k] + ways.log_unseen[k] + scale_rows(ways.weight[k], none)
         bound[k] = scaled[k]
         for i in range(n):

@@ -31,6 +31,9 @@ from farm_ar.scenes import UNKNOWN, Camera, Detections, Scene, Snapshot, Snapsho
 
 _NEARLY_ALL = 0.8
 
+LEAST_CONFIDENCE = 1e-3
+"""What a detector's confidence counts as at the least."""
+
 _AREA = 0.5
 """Area over which what has no label may be, by the square of the scene's length: a paper's camera's view."""
 
@@ -233,7 +236,10 @@ class LikelihoodReid(Reidentifier):
         seen = snapshot.detections
         codes = np.array(codes_in(seen, self._declared), dtype=np.int64)
         poses = self._position(seen.position)[None], self._heading(seen.yaw)[None], seen.elevation[None]
-        return _found(np.array([len(seen)]), poses, codes[None], seen.size[None])
+        found = _found(np.array([len(seen)]), poses, codes[None], seen.size[None])
+        # Of n detections as sure as this one, (1 - confidence) n are false and confidence n are not.
+        confidence = np.maximum(seen.confidence[None], LEAST_CONFIDENCE)
+        return found._replace(false=len(seen) * (1 - confidence) / confidence)
 
     def _position(self, place: FloatArray) -> FloatArray:
         """Places in the frame in which the kernels compute."""
@@ -327,4 +333,5 @@ def _found(
         sides=np.ascontiguousarray(sorted_log_sides(size)),
         half=np.stack([size[..., 0], size[..., 2]], axis=-1) / 2,
         elevation=np.where(told, elevation, np.nan),
+        false=np.zeros(yaw.shape),
     )

@@ -190,7 +190,10 @@ def motion_log_density(
 
 
 FEW_MOVED = 0.2
-"""Share of the objects that move where most things stay."""
+"""Share of the objects that move where most things stay; `ANYWHERE` included."""
+
+ANYWHERE = 0.1
+"""Share of the objects that end up anywhere, with an SD of half the scene's length."""
 
 STAYED = ((0.02, 3.0), (0.1, 10.0))
 """SDs, metres and degrees, of those that stay."""
@@ -241,7 +244,8 @@ class NoisePrior:
         few_move: list[Mixture] = [
             (
                 Motion(1 - FEW_MOVED, scale * stay_m, float(np.deg2rad(stay_deg))),
-                Motion(FEW_MOVED, scale * far_m, float(np.deg2rad(far_deg))),
+                Motion(FEW_MOVED - ANYWHERE, scale * far_m, float(np.deg2rad(far_deg))),
+                Motion(ANYWHERE, length / 2, float(np.deg2rad(self.rotation_deg[1]))),
             )
             for stay_m, stay_deg in STAYED
             for far_m, far_deg in MOVED_FAR

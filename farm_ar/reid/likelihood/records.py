@@ -139,6 +139,7 @@ class Found(NamedTuple):
         sides: (B, K, 3) sorted logarithms of the sides.
         half: (B, K, 2) half the width and depth, metres.
         elevation: (B, K) metres; NaN where not known.
+        false: (B, K) false detections like it that are to be expected, by the detector's own confidence.
     """
 
     number: IntArray
@@ -148,6 +149,7 @@ class Found(NamedTuple):
     sides: FloatArray
     half: FloatArray
     elevation: FloatArray
+    false: FloatArray
 
 
 class Reach(NamedTuple):

@@ -288,15 +288,15 @@ def assess_models(
         floor: log evidence below which a model does not matter.
         outcome: evidence and chance are filled; minus infinite where a model cannot reach the floor.
     """
-    none = work.none
+    none, nothing, false = work.none, sight.nothing, sight.found.false[0]
     for k in range(len(work.use)):
         if not work.use[k]:
             continue
         weight, chance = work.weight[k], outcome.chance[k]
         evidence = known.models.log_prior[k] + work.log_unseen[k]
-        bound = evidence
+        bound, rate = evidence, max(known.models.none_rate[k], LEAST_NONE)
         for i in range(len(none)):
-            none[i] = max(sight.nothing[i] * max(known.models.none_rate[k], LEAST_NONE), 1e-290)
+            none[i] = max(nothing[i] * (rate + false[i]), 1e-290)
             row = none[i]
             for j in range(weight.shape[1]):
                 row += weight[i, j]

@@ -164,6 +164,7 @@ def _repeated(found: Found, b: int, n: int, rows: int) -> Found:
         sides=repeat(found.sides),
         half=repeat(found.half),
         elevation=repeat(found.elevation),
+        false=repeat(found.false),
     )
 
 

@@ -93,7 +93,9 @@ def test_a_prior_shrinks_with_the_scene_and_sums_to_one():
     assert small[0][1][0].translation_sd == pytest.approx(0.08 * 0.2)
     assert small[0][1][0].rotation_sd == usual[0][1][0].rotation_sd
     assert len(NoisePrior(few_move_far=0.0).models(10.0)) == 30
-    assert all(len(motions) == 2 for _, motions in NoisePrior(few_move_far=1.0).models(10.0))
+    for _, motions in NoisePrior(few_move_far=1.0).models(10.0):
+        assert sum(motion.share for motion in motions) == pytest.approx(1.0)
+        assert motions[-1].translation_sd == pytest.approx(5.0)
 
 
 @pytest.mark.parametrize(
