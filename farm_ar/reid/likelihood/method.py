@@ -13,7 +13,7 @@ from farm_ar.errors import SceneError
 from farm_ar.reid.base import Assurance, Identification, IdentificationBatch, Reidentifier
 from farm_ar.reid.categories import batch_codes, codes_in, declared_codes
 from farm_ar.reid.costs import sorted_log_sides
-from farm_ar.reid.likelihood.densities import view_probability
+from farm_ar.reid.likelihood.densities import side_error, view_probability
 from farm_ar.reid.likelihood.kernels import identify_batch
 from farm_ar.reid.likelihood.motions import DetectionNoise, motion_log_density
 from farm_ar.reid.likelihood.options import LikelihoodOptions, category_table, model_arrays
@@ -214,8 +214,10 @@ class LikelihoodReid(Reidentifier):
             for period in (0.0, labels.period)
         )
         squares = ((sorted_log_sides(seen.size)[:, None] - self._labels.sides) ** 2).sum(axis=-1)
-        codes = codes_in(seen, self._declared)
-        likely = self._detecting.category[codes][:, layout.category_code]
+        codes = np.array(codes_in(seen, self._declared), dtype=np.int64)
+        table = self._detecting.category
+        side_sd = max(options.size_sd, side_error(table, codes, self._labels.category, squares))
+        likely = table[codes][:, layout.category_code]
         inside = np.empty((len(self._models.translation_sd), len(layout)))
         camera = _one(snapshot.camera)
         view_probability(self._known(camera), labels, self._eyes(camera), found, 0, 1, inside)
@@ -227,7 +229,7 @@ class LikelihoodReid(Reidentifier):
         return {
             "distance": -(place + full_turn),
             "turn": place + full_turn - both,
-            "size": np.where(np.isnan(squares), 1.5, 0.5 * squares / options.size_sd**2),
+            "size": np.where(np.isnan(squares), 1.5, 0.5 * squares / side_sd**2),
             "category": -np.log(np.maximum(likely, 1e-300)),
             "its place is empty": np.broadcast_to(np.log(unseen), place.shape),
         }

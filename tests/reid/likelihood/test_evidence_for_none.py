@@ -95,6 +95,11 @@ def test_measured_sizes_of_look_alikes_mislead_nobody(error):
         )
         right += sum(a == b for a, b in zip(found.labels, layout.labels, strict=True))
         sure.append(found.confidence)
+        if error == 0.3:
+            terms = LikelihoodReid(measured).cost_terms(
+                from_the_middle(1.0, layout.category, position, layout.yaw, again)
+            )
+            assert np.median(terms["size"]) < 6  # half a sum of 3 squares, by their own error
     assert right >= 0.99 * 12 * 8
     assert np.mean(sure) > 0.95
 
