@@ -141,6 +141,15 @@ def test_sizes_that_cannot_be_right_are_not_used(scene):
         "100 times too large, as if the snapshot gave them in centimetres" in one for one in wrong.warnings
     )
     assert wrong.labels == right.labels
+    given_to = []
+
+    class Spy(Twice):
+        def identify(self, snapshot):
+            given_to.append(snapshot.detections.size)
+            return super().identify(snapshot)
+
+    identify(scene, snapshot(scene, size=100 * scene.layout.size), Spy(scene))
+    assert np.isnan(given_to[0]).all()
     np.testing.assert_allclose(wrong.confidence, right.confidence, atol=1e-3)
 
 

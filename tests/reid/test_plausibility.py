@@ -348,3 +348,19 @@ def test_things_that_all_go_ahead_or_turn_alike_are_no_fault():
     ahead = np.stack([np.sin(seen.yaw), np.cos(seen.yaw)], axis=1)
     assert check(scene, changed(snapshot, position=seen.position + 0.4 * ahead)) == ()
     assert check(scene, changed(snapshot, yaw=seen.yaw + np.pi / 3)) == ()
+
+
+def test_those_who_walk_past_one_another_are_not_mirrored():
+    rng = np.random.default_rng(2)
+    n = 10
+    east = np.arange(n) % 2 == 0
+    before = np.column_stack([np.where(east, 1.0, 5.0) + rng.uniform(-0.6, 0.6, n), np.linspace(0.3, 4.7, n)])
+    yaw = np.where(east, np.pi / 2, -np.pi / 2)
+    walkers = tuple(f"walker {k}" for k in range(n)), ("walker",) * n
+    scene = Scene("hall", (6.0, 5.0), Layout(*walkers, before, yaw, np.full((n, 3), 0.4)))
+    after = before + np.column_stack(
+        [np.where(east, 4.0, -4.0) + rng.normal(0, 0.05, n), rng.normal(0, 0.05, n)]
+    )
+    camera = Camera(np.array([3.0, 2.5]), np.asarray(0.0), FieldOfView(np.pi, np.pi, 5.0))
+    seen = Detections(walkers[1], after, yaw, np.full((n, 3), 0.4))
+    assert check(scene, Snapshot(camera, seen)) == ()
