@@ -83,7 +83,7 @@ def _documents(stream: BinaryIO) -> Iterator[tuple[int, str | tuple[str, str]]]:
 
     A line that is a snapshot by itself ends whatever came before it unfinished.
     """
-    first, waiting = 1, ""
+    first, waiting, tried = 1, "", 0
     for number in range(1, 2**62):
         line = stream.readline(MOST_BYTES + 1)
         if len(line) > MOST_BYTES or len(waiting) + len(line) > MOST_BYTES:
@@ -104,10 +104,13 @@ def _documents(stream: BinaryIO) -> Iterator[tuple[int, str | tuple[str, str]]]:
             yield number, text
         elif waiting or text.strip():
             first = first if waiting else number
-            waiting += text
-            if not _may_go_on(waiting):
-                yield first, waiting
-                waiting = ""
+            waiting, tried = waiting + text, tried if waiting else 0
+            # Where it may end, or has doubled: tried at each line, a long document would cost its square.
+            if text.rstrip().endswith("}") or len(waiting) > 2 * tried:
+                tried = len(waiting)
+                if not _may_go_on(waiting):
+                    yield first, waiting
+                    waiting = ""
 
 
 def _is_snapshot(text: str) -> bool:

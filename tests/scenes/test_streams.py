@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from farm_ar.errors import InputError, SnapshotError
-from farm_ar.scenes import read_snapshots
+from farm_ar.scenes import read_snapshots, streams
 
 
 def snapshot(x: float = 1.0, **more: Any) -> dict[str, Any]:
@@ -122,3 +122,13 @@ def test_a_snapshot_is_there_before_the_next_line_comes():
     for k, found in enumerate(read_snapshots(slow)):  # type: ignore[arg-type]
         assert slow.given == k + 1
         assert found.detections.position[0, 0] == k
+
+
+def test_a_long_document_of_many_lines_is_not_tried_at_each(monkeypatch):
+    lengths = []
+    may_go_on = streams._may_go_on
+    monkeypatch.setattr(streams, "_may_go_on", lambda text: lengths.append(len(text)) or may_go_on(text))
+    many = [{"id": str(i), "x": i, "z": 0} for i in range(500)]
+    text = json.dumps(snapshot() | {"detections": many}, indent=1)
+    assert read(text + "\n" + json.dumps(snapshot(3.0))) == [0, 3]
+    assert sum(lengths) < 6 * len(text)
