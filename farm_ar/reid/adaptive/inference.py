@@ -40,7 +40,7 @@ MOST_ROUNDS = 40
 MOST = 100
 """Motions that are kept of the screened, and hypotheses in the end; where more count they hardly differ."""
 
-WORK = 4e6
+WORK = 1e7
 """Additions that are spent on exact marginals, for a snapshot."""
 
 _compile = compiled(error_model="numpy")

@@ -183,7 +183,10 @@ class AdaptiveReid(Reidentifier):
         every = hypotheses(self.options, scales_for(problem.extent))
         cut = -0.5 * (every.scale[every.motions.scale] / problem.extent) ** 2
         log_prior = self.disorder.motion_prior(every, every.motions.log_prior + cut)
-        log_prior -= np.log(np.exp(log_prior).sum())
+        if not (problem.pairs.turned.any() or problem.pairs.course_known.any()):
+            # No heading is known: hypotheses that differ in headings only are one.
+            log_prior = np.where(every.motions.heading == 0, log_prior, -np.inf)
+        log_prior = log_prior - np.log(np.exp(log_prior).sum())
         motions = every.motions._replace(log_prior=log_prior)
         probability = np.zeros((len(snapshot.detections), len(problem.labels) + 1))
         which, share, exact = infer(
