@@ -24,7 +24,7 @@ from farm_ar.reid.adaptive.records import (
     Sparse,
     Table,
 )
-from farm_ar.reid.adaptive.sparse import add_marginals, propagate
+from farm_ar.reid.adaptive.sparse import add_marginals, exact_evidence, propagate
 
 SCREENED = 9.0
 """By how much, in logarithms, a motion may fall short of the best one with middling rates."""
@@ -37,8 +37,11 @@ NEGLIGIBLE = 1e-9
 
 FEW_ROUNDS = 4
 MOST_ROUNDS = 40
-MOST = 100
-"""Motions that are kept of the screened, and hypotheses in the end; where more count they hardly differ."""
+CHEAP = 6
+"""Detections up to which the exact sum is as quick as belief propagation."""
+
+LEAST_KEPT, KEPT_PAIRS = 60, 30_000
+"""Motions that are kept of the screened, and hypotheses in the end: so many, or more where pairs are few."""
 
 WORK = 1e7
 """Additions that are spent on exact marginals, for a snapshot."""
@@ -229,7 +232,7 @@ def refine(
     for h in range(len(screened)):
         if screened[h] > top - SCREENED:
             kept += 1
-    kept = min(kept, MOST)
+    kept = min(kept, max(LEAST_KEPT, KEPT_PAIRS // max(len(pairs.label), 1)))
     which = np.empty((kept * sizes * rates, 3), dtype=np.int64)
     value = np.empty(kept * sizes * rates)
     count = 0
@@ -323,7 +326,8 @@ def infer(
     order = falling(value)
     best = value[order[0]]
     kept = 0
-    while kept < min(len(order), MOST) and value[order[kept]] > best + math.log(COUNTS):
+    most = max(LEAST_KEPT, KEPT_PAIRS // max(count, 1))
+    while kept < min(len(order), most) and value[order[kept]] > best + math.log(COUNTS):
         kept += 1
     chosen = which[order[:kept]]
     density, factor = np.empty(count), np.empty(labels)
@@ -349,6 +353,8 @@ def infer(
         prior = motions.log_prior[h] + table.penalty[motions.profile[h]]
         prior += seeing.log_sizes[w] + seeing.log_rates[q]
         evidence[k] = prior + total + propagate(some, labels, messages[k], MOST_ROUNDS, 1e-5)
+        if n <= CHEAP:
+            evidence[k] = prior + total + exact_evidence(some, labels)
     best = evidence.max()
     share = np.exp(evidence - best)
     share /= share.sum()

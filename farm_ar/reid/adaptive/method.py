@@ -8,29 +8,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from farm_ar.arrays import FloatArray, IntArray, read_only
+from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.errors import SceneError, SnapshotError
-from farm_ar.reid.adaptive.densities import view_probability
-from farm_ar.reid.adaptive.disorder import Disorder, sharpened
+from farm_ar.reid.adaptive.disorder import Disorder
+from farm_ar.reid.adaptive.fit import MISFIT, doubted, predictive_p_value
 from farm_ar.reid.adaptive.hypotheses import MOST_SCALES, Hypotheses, hypotheses, scales_for
 from farm_ar.reid.adaptive.inference import infer
 from farm_ar.reid.adaptive.learning import motion_evidence, rates_evidence
 from farm_ar.reid.adaptive.options import AdaptiveOptions
 from farm_ar.reid.adaptive.pairs import Problem, Surroundings, problem_of
-from farm_ar.reid.adaptive.records import Seeing
+from farm_ar.reid.adaptive.seeing import motion_prior, seeing_of
 from farm_ar.reid.base import Assurance, Identification, Reidentifier
 from farm_ar.reid.categories import codes_in, declared_codes
 from farm_ar.reid.likelihood.kernels import decide
 from farm_ar.reid.likelihood.records import Answer
-from farm_ar.scenes import UNKNOWN, Camera, Scene, Snapshot
-
-_POINTS = 32
-_GOLDEN_ANGLE = float(np.pi * (3 - np.sqrt(5)))
-CLOSED = 0.1
-"""By how much likelier it is that nothing has come or gone where as many are seen as are known."""
-
-_SURE = 0.1
-"""By how much at most a detector's being sure lessens the chance that a detection is false."""
+from farm_ar.scenes import UNKNOWN, Scene, Snapshot
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,9 +98,12 @@ class AdaptiveReid(Reidentifier):
         probability, warnings = np.zeros((len(seen), len(names) + 1)), tuple[str, ...]()
         if len(seen):
             posterior = self._posterior(snapshot, hint)
-            probability[:, posterior.problem.labels] = posterior.probability[:, :-1]
-            probability[:, -1] = posterior.probability[:, -1]
-            warnings = _warnings(len(seen), posterior.exact)
+            found = posterior.probability
+            fits = _fit(posterior, _decided(found, 0.0).label[0]) >= MISFIT
+            found = found if fits else doubted(found)
+            probability[:, posterior.problem.labels] = found[:, :-1]
+            probability[:, -1] = found[:, -1]
+            warnings = _warnings(len(seen), posterior.exact, fits)
         answer = _decided(probability, self.options.min_confidence)
         assurance = Assurance(
             margin=answer.margin[0],
@@ -154,7 +149,7 @@ class AdaptiveReid(Reidentifier):
             return self.disorder
         every = hypotheses(self.options, MOST_SCALES)
         problem = self._problem(snapshot, None)
-        seeing = self._seeing(snapshot, problem, every)
+        seeing, _ = seeing_of(snapshot, problem, self._known, every, self.options, self.disorder)
         place = {j: k for k, j in enumerate(problem.labels.tolist())}
         pairs, chosen = problem.pairs, []
         for i, j in confirmed:
@@ -181,86 +176,42 @@ class AdaptiveReid(Reidentifier):
     def _posterior(self, snapshot: Snapshot, hint: FloatArray | None) -> Posterior:
         problem = self._problem(snapshot, hint)
         every = hypotheses(self.options, scales_for(problem.extent))
-        cut = -0.5 * (every.scale[every.motions.scale] / problem.extent) ** 2
-        log_prior = self.disorder.motion_prior(every, every.motions.log_prior + cut)
-        if not (problem.pairs.turned.any() or problem.pairs.course_known.any()):
-            # No heading is known: hypotheses that differ in headings only are one.
-            log_prior = np.where(every.motions.heading == 0, log_prior, -np.inf)
-        log_prior = log_prior - np.log(np.exp(log_prior).sum())
-        motions = every.motions._replace(log_prior=log_prior)
+        seeing, closed = seeing_of(snapshot, problem, self._known, every, self.options, self.disorder)
+        prior = motion_prior(problem, every, self.disorder, closed)
         probability = np.zeros((len(snapshot.detections), len(problem.labels) + 1))
         which, share, exact = infer(
             problem.pairs,
             every.profiles,
             every.angles,
-            motions,
-            self._seeing(snapshot, problem, every),
+            every.motions._replace(log_prior=prior),
+            seeing,
             self.options.most_exact,
             probability,
         )
         return Posterior(problem, every, which, share, bool(exact), probability)
 
-    def _seeing(self, snapshot: Snapshot, problem: Problem, every: Hypotheses) -> Seeing:
-        n = len(snapshot.detections)
-        scale = np.append(every.scale, problem.extent / np.sqrt(2))
-        inside = np.zeros((len(scale), len(problem.labels)))
-        view_of(snapshot.camera, self._known, problem.labels, scale, inside)
-        # What has gone anywhere is where its look-alikes are.
-        anywhere = float(inside[-1].mean()) if len(problem.labels) else 1.0
-        area = problem.area * max(anywhere, 1 / (n + 1))
-        doubt = 1 - snapshot.detections.confidence + _SURE
-        rates = np.array(self.options.rates)
-        told = len(problem.pairs.size) > 1
-        shares = np.array(self.options.size_shares)
-        log_rates = sharpened(self.disorder, "rates", rates[:, 0])
-        # As many of each category as are known, and all in view: then nothing is likely to have come or gone.
-        hidden = float((1 - inside[0]).sum())
-        log_rates = log_rates + (np.log(CLOSED) * np.exp(-hidden) * problem.complete) * (rates[:, 1] > 0.1)
-        return Seeing(
-            in_view=inside,
-            anywhere=np.full(len(problem.labels), anywhere),
-            none=doubt / doubt.mean() / (area * 2 * np.pi),
-            unseen=rates[:, 1].copy(),
-            new=rates[:, 2] * n,
-            log_rates=log_rates - np.log(np.exp(log_rates).sum()),
-            log_sizes=sharpened(self.disorder, "sizes", shares) if told else np.zeros(1),
+
+def _fit(posterior: Posterior, label: IntArray) -> float:
+    """The predictive p-value of labels, (N,) indices among the problem's, `UNKNOWN` for none."""
+    pairs = posterior.problem.pairs
+    chosen = []
+    for i, j in enumerate(label.tolist()):
+        row = np.arange(pairs.start[i], pairs.start[i + 1])
+        chosen += row[pairs.label[row] == j].tolist()
+    best = int(posterior.which[posterior.share.argmax(), 0])
+    return predictive_p_value(pairs, np.array(chosen, dtype=np.int64), posterior.every, best)
+
+
+def _warnings(detections: int, exact: bool, fits: bool) -> tuple[str, ...]:
+    said = []
+    if not exact:
+        said.append(f"{detections} detections: probabilities are by belief propagation, mostly within .02")
+    if not fits:
+        said.append(
+            "no way of moving that is known explains these poses, so confidence was lowered: "
+            "check the frame, the units and the headings of the snapshot"
         )
-
-
-def _warnings(detections: int, exact: bool) -> tuple[str, ...]:
-    if exact:
-        return ()
-    return (f"{detections} detections: probabilities are by belief propagation, mostly within .02",)
-
-
-def view_of(
-    camera: Camera, known: Surroundings, labels: IntArray, scale: FloatArray, inside: FloatArray
-) -> None:
-    """Fill (A, M): how probable it is that each label's object is in view, having moved on each scale."""
-    fov = camera.fov
-    away = known.place[labels] - (camera.position - known.centre) / known.spacing
-    sine, cosine = np.sin(camera.yaw), np.cos(camera.yaw)
-    place = np.stack(
-        [away[:, 0] * cosine - away[:, 1] * sine, away[:, 0] * sine + away[:, 1] * cosine], axis=1
-    )
-    vertical = fov.up is not None and fov.down is not None and camera.height is not None
-    eye = float(camera.height) / known.spacing if camera.height is not None else 0.0
-    rise = known.height[labels] - eye
-    up, down = (fov.up, fov.down) if vertical else (0.0, 0.0)
-    limits = np.array([fov.left, fov.right, up, down, fov.range_m / known.spacing, float(camera.pitch)])
-    view_probability(place, rise, scale, OFFSETS, limits, vertical, inside)
-
-
-def _offsets(points: int) -> FloatArray:
-    """(points, 2) places that stand for the standard normal distribution, the same seen in a mirror."""
-    half = points // 2
-    order = np.arange(half) + 0.5
-    radius, angle = np.sqrt(-2 * np.log(1 - order / half)), order * _GOLDEN_ANGLE
-    x, z = radius * np.cos(angle), radius * np.sin(angle)
-    return np.stack([np.concatenate([x, -x]), np.concatenate([z, z])], axis=1)
-
-
-OFFSETS = read_only(_offsets(_POINTS), np.float64)
+    return tuple(said)
 
 
 def _decided(probability: FloatArray, least: float) -> Answer:

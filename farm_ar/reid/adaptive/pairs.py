@@ -8,12 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray, read_only
+from farm_ar.errors import SnapshotError
 from farm_ar.reid.adaptive.hypotheses import MOST_SCALES, scale_lengths
 from farm_ar.reid.adaptive.options import AdaptiveOptions
 from farm_ar.reid.adaptive.records import Pairs
 from farm_ar.reid.adaptive.sizes import SizeModel
 from farm_ar.reid.costs import sorted_log_sides
 from farm_ar.scenes import UNKNOWN, Detections, Layout
+
+MOST_PAIRS = 250_000
+"""Pairs of a detection and a label that it could be, which take some seconds and half a gigabyte."""
 
 _NEAR = 0.02
 """Shifts, in spacings, below which the direction of a shift tells less and less."""
@@ -132,6 +136,9 @@ def problem_of(
     labels = np.flatnonzero(could.any(axis=0))
     could = could[:, labels]
     i, j = np.nonzero(could)
+    if len(i) > MOST_PAIRS:
+        expected = f"must make at most {MOST_PAIRS} pairs with the labels that they could be"
+        raise SnapshotError("detections", expected, len(i))
     start = np.concatenate([[0], np.cumsum(could.sum(axis=1))])
     area_of, overall = _areas(known, place, codes, labels)
     of_label = area_of[known.category[labels]]

@@ -153,6 +153,16 @@ def dense_part(
 
 
 @_compile
+def exact_evidence(some: Sparse, labels: int) -> float:
+    """The log of the exact sum over all ways, of few detections; minus infinity where there is none."""
+    n = len(some.none)
+    rows, columns = np.empty(n, dtype=np.int64), np.empty(labels, dtype=np.int64)
+    weight, none = dense_part(some, np.zeros(n, dtype=np.int64), 0, rows, columns)
+    total = exact_marginals(weight, none, np.empty((n, weight.shape[1] + 1)))
+    return math.log(total) if total > 0.0 else -np.inf
+
+
+@_compile
 def add_marginals(
     some: Sparse, to_row: FloatArray, share: float, most_exact: int, work: float, probability: FloatArray
 ) -> bool:

@@ -1,0 +1,98 @@
+"""Whether the likeliest hypothesis of `AdaptiveReid` explains what is seen; where it does not, doubt."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.special import ndtr
+from scipy.stats import chi2
+
+from farm_ar.arrays import FloatArray, IntArray
+from farm_ar.reid.adaptive.common import best_motion, residual
+from farm_ar.reid.adaptive.densities import FREEDOM
+from farm_ar.reid.adaptive.hypotheses import Hypotheses
+from farm_ar.reid.adaptive.records import (
+    AHEAD,
+    EXPONENTIAL,
+    GAUSSIAN,
+    RING,
+    STUDENT,
+    TOGETHER,
+    TURNING,
+    Pairs,
+)
+
+MISFIT = 1e-3
+"""Predictive p-value below which the answer is doubted."""
+
+DOUBTED = 0.5
+"""Power to which probabilities are then taken."""
+
+_LEAST = 1e-12
+
+
+def predictive_p_value(pairs: Pairs, chosen: IntArray, every: Hypotheses, motion: int) -> float:
+    """How often shifts and turns as large as those of the answer, or larger, come about under a motion.
+
+    The probability of a larger shift, or turn, than each one is even from 0 to 1 if the motion is right;
+    those of shifts and those of turns are combined by Fisher's method, and the lesser value is doubled.
+
+    Args:
+        pairs: of the snapshot.
+        chosen: (K,) the pairs of the answer.
+        every: the motions.
+        motion: index of the likeliest.
+    """
+    still = ~pairs.stays[chosen]
+    index = chosen[still]
+    if not len(index):
+        return 1.0
+    far = float(every.motions.far[motion])
+    shift = np.maximum(far + (1 - far) * _shift_tail(pairs, index, every, motion), _LEAST)
+    turned = pairs.turned[index]
+    angle = np.arccos(np.clip(pairs.turn[index[turned]], -1.0, 1.0))
+    # What has gone anywhere is turned anyhow.
+    tail = far * (1 - angle / np.pi) + (1 - far) * _turn_tail(angle, every, motion)
+    both = [chi2.sf(-2 * np.log(u).sum(), 2 * len(u)) for u in (shift, np.maximum(tail, _LEAST)) if len(u)]
+    return float(min(1.0, len(both) * min(both)))
+
+
+def _shift_tail(pairs: Pairs, index: IntArray, every: Hypotheses, motion: int) -> FloatArray:
+    """(K,) probability of a longer shift."""
+    profile = int(every.motions.profile[motion])
+    kind, length = int(every.profiles.kind[profile]), float(every.profiles.length[profile])
+    width = float(every.profiles.width[profile])
+    distance = pairs.distance[index]
+    if kind == EXPONENTIAL:
+        return np.asarray((1 + distance / length) * np.exp(-distance / length))
+    if kind == STUDENT:
+        return np.asarray((1 + (distance / length) ** 2 / FREEDOM) ** (-FREEDOM / 2))
+    if kind == RING:
+        return np.asarray(2 * ndtr(-np.abs(np.log(np.maximum(distance, 0.1 * length) / length)) / width))
+    if kind == AHEAD:
+        rest = distance**2 - 2 * distance * length * pairs.course[index] + length**2
+        return np.asarray(np.exp(-0.5 * rest / (width * length) ** 2))
+    if kind in (TOGETHER, TURNING):
+        belief, middle, way = np.zeros(len(pairs.label)), np.zeros(2), np.zeros(2)
+        belief[index] = 1.0
+        turn, _, _ = best_motion(pairs, belief, length, kind == TURNING, middle, way)
+        rests = np.array([residual(pairs, int(p), turn, way, middle) for p in index])
+        return np.asarray(np.exp(-0.5 * (rests**2).sum(axis=1) / length**2))
+    assert kind == GAUSSIAN
+    return np.asarray(np.exp(-0.5 * (distance / length) ** 2))
+
+
+def _turn_tail(angle: FloatArray, every: Hypotheses, motion: int) -> FloatArray:
+    """(K,) probability of a larger turn, of angles from 0 to pi."""
+    kappa = float(every.angles.turn[every.motions.heading[motion]])
+    grid = np.linspace(0, np.pi, 721)
+    density = np.exp(kappa * (np.cos(grid) - 1))
+    below = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2)])
+    tail = 1 - np.interp(angle, grid, below / below[-1])
+    return np.asarray((1 - every.angles.outliers) * tail + every.angles.outliers * (1 - angle / np.pi))
+
+
+def doubted(probability: FloatArray) -> FloatArray:
+    """(N, M + 1) probabilities that say the same less surely."""
+    less = probability**DOUBTED
+    result: FloatArray = less / less.sum(axis=1, keepdims=True)
+    return result

@@ -1,0 +1,122 @@
+"""The average over hypotheses against sums over all ways of giving labels out, by SciPy's densities."""
+
+import itertools
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from farm_ar.reid import AdaptiveReid
+from farm_ar.reid.adaptive.hypotheses import hypotheses, scales_for
+from farm_ar.reid.adaptive.inference import infer
+from farm_ar.reid.adaptive.records import AHEAD, EXPONENTIAL, GAUSSIAN, RING, STUDENT, TOGETHER
+from farm_ar.reid.adaptive.seeing import motion_prior, seeing_of
+from farm_ar.scenes import Camera, Detections, FieldOfView, Layout, Scene, Snapshot
+
+FULL = FieldOfView(np.pi, np.pi, 50.0)
+
+
+def chairs(seed, labels=4, detections=3, shift=0.3):
+    """Chairs on a field, some of them seen again."""
+    rng = np.random.default_rng(seed)
+    position, yaw = rng.random((labels, 2)) * 3, rng.uniform(-np.pi, np.pi, labels)
+    layout = Layout(tuple("abcdefgh"[:labels]), ("chair",) * labels, position, yaw, np.ones((labels, 3)))
+    seen = rng.permutation(labels)[:detections]
+    found = Detections(
+        ("chair",) * detections,
+        position[seen] + rng.normal(0, shift, (detections, 2)),
+        yaw[seen] + rng.normal(0, 0.4, detections),
+        np.ones((detections, 3)),
+    )
+    return Scene("field", (3.0, 3.0), layout), Snapshot(Camera(np.array([1.5, 1.5]), 0.0, FULL), found)
+
+
+def shift_density(kind, length, width, shift, heading):
+    """Density in the plane of a shift (2,), given the mean heading (2,)."""
+    r = np.hypot(*shift)
+    if kind == GAUSSIAN:
+        return stats.multivariate_normal(np.zeros(2), length**2).pdf(shift)
+    if kind == EXPONENTIAL:
+        return stats.gamma(2, scale=length).pdf(r) / (2 * np.pi * r)
+    if kind == STUDENT:
+        return stats.multivariate_t(np.zeros(2), length**2 * np.eye(2), df=2).pdf(shift)
+    if kind == AHEAD:
+        return stats.multivariate_normal(length * heading, (width * length) ** 2).pdf(shift)
+    assert kind == RING
+    far = max(r, 0.1 * length)
+    return stats.lognorm(width, scale=length).pdf(far) / (2 * np.pi * far)
+
+
+def by_enumeration(reid, snapshot, problem, every, seeing, prior):
+    """(N, M + 1) marginals: the sum over all hypotheses but shared motions, and over all ways."""
+    known, layout, seen = reid._known, reid.scene.layout, snapshot.detections
+    unit, angles, motions = known.spacing, every.angles, every.motions
+    n, m = len(seen), len(layout)
+    steps = (seen.position[:, None] - layout.position) / unit
+    turns = seen.yaw[:, None] - layout.yaw
+    mean = np.stack(
+        [np.sin(seen.yaw)[:, None] + np.sin(layout.yaw), np.cos(seen.yaw)[:, None] + np.cos(layout.yaw)], -1
+    )
+    mean /= np.linalg.norm(mean, axis=-1, keepdims=True)
+    r = np.linalg.norm(steps, axis=-1)
+    # Where hardly anything has moved its direction means less: as in the method.
+    mean = mean * (r / np.hypot(r, 0.02))[..., None]
+    points = np.concatenate([seen.position, layout.position]) / unit
+    area = 2 * np.pi * (((points - points.mean(axis=0)) ** 2).sum(axis=1).mean() + 1)
+    by_ratio = 1 / (np.pi * (r**2 + 0.02**2) * np.log1p(area / np.pi / 0.02**2))
+    loose = stats.vonmises(angles.turn[2]).pdf(turns) * (1 - angles.outliers) + angles.outliers / 2 / np.pi
+    far = 0.5 * by_ratio * (0.25 / np.pi + 0.5 * loose) + 0.5 / area / (2 * np.pi)
+    ways = [
+        way
+        for way in itertools.product(range(m + 1), repeat=n)
+        if len({j for j in way if j < m}) == sum(j < m for j in way)
+    ]
+    total, shifts = np.zeros((n, m + 1)), {}
+    for h in np.flatnonzero(every.profiles.kind[motions.profile] < TOGETHER):
+        p, t, c = motions.profile[h], motions.heading[h], motions.course[h]
+        kind, length, width = every.profiles.kind[p], every.profiles.length[p], every.profiles.width[p]
+        turn = np.full((n, m), 1 / (2 * np.pi))
+        if angles.turn[t] > 0:
+            turn = (1 - angles.outliers) * stats.vonmises(angles.turn[t]).pdf(turns) + angles.outliers * turn
+        if p not in shifts:
+            pairs = itertools.product(range(n), range(m))
+            near = [shift_density(kind, length, width, steps[i, j], mean[i, j]) for i, j in pairs]
+            shifts[p] = np.reshape(near, (n, m))
+        near = shifts[p]
+        if c >= 0:
+            cosine = (steps * mean).sum(axis=-1) / np.maximum(r, 1e-12)
+            course = stats.vonmises(angles.course[c]).pdf(np.arccos(np.clip(cosine, -1, 1))) * 2 * np.pi
+            near = near * (angles.astray + (1 - angles.astray) * course)
+        density = (1 - motions.far[h]) * near * turn + motions.far[h] * far
+        view = (1 - motions.far[h]) * seeing.in_view[motions.scale[h]] + motions.far[h] * seeing.anywhere
+        for q, (gone, new) in enumerate(zip(seeing.unseen, seeing.new, strict=True)):
+            unseen = 1 - (1 - gone) * view
+            weight = np.hstack([density * (1 - gone) / unseen, (new * seeing.none)[:, None]])
+            scale = np.exp(prior[h] + seeing.log_rates[q] - new) * unseen.prod()
+            for way in ways:
+                value = scale * np.prod(weight[np.arange(n), way])
+                total[np.arange(n), way] += value
+    return total / total.sum(axis=1, keepdims=True)
+
+
+@pytest.mark.parametrize(("seed", "shift"), [(1, 0.1), (2, 0.5), (3, 1.0)])
+def test_marginals_are_those_of_all_ways_under_all_hypotheses(seed, shift):
+    scene, snapshot = chairs(seed, labels=3, detections=2, shift=shift)
+    reid = AdaptiveReid(scene)
+    problem = reid._problem(snapshot, None)
+    every = hypotheses(reid.options, scales_for(problem.extent))
+    seeing, closed = seeing_of(snapshot, problem, reid._known, every, reid.options, reid.disorder)
+    prior = motion_prior(problem, every, reid.disorder, closed)
+    alone = np.where(every.profiles.kind[every.motions.profile] >= TOGETHER, -np.inf, prior)
+    found = np.zeros((2, 4))
+    infer(
+        problem.pairs,
+        every.profiles,
+        every.angles,
+        every.motions._replace(log_prior=alone),
+        seeing,
+        12,
+        found,
+    )
+    expected = by_enumeration(reid, snapshot, problem, every, seeing, prior)
+    np.testing.assert_allclose(found, expected, atol=0.01)
