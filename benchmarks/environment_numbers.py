@@ -7,7 +7,7 @@ By default 2000 episodes, or layouts, of each kind; less than two minutes on one
 
 from __future__ import annotations
 
-import sys
+import argparse
 from typing import Any
 
 import gymnasium as gym
@@ -107,7 +107,11 @@ def in_view(name: str, episodes: int) -> str:
 
 def main() -> None:
     """Measure and print."""
-    count = int(sys.argv[1]) if len(sys.argv) > 1 else 2000
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("episodes", nargs="?", type=int, default=2000)
+    count = parser.parse_args().episodes
     gym.logger.min_level = gym.logger.ERROR
     print("## Over the budget, random play")
     for control in ("move", "hand"):

@@ -9,8 +9,8 @@ work to do they say little.
 
 from __future__ import annotations
 
+import argparse
 import os
-import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -62,7 +62,11 @@ def swept(executor: Executor, units: int, turns: int) -> float:
 
 
 def main() -> None:
-    units = int(sys.argv[1]) if len(sys.argv) > 1 else 1000
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("units", nargs="?", type=int, default=1000)
+    units = parser.parse_args().units
     turns = turns_of_a_unit()
     executors = {
         "serial": SerialExecutor(),
