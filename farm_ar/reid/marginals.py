@@ -31,6 +31,10 @@ def association_marginals(
 ) -> tuple[FloatArray, float, bool]:
     """Marginal probabilities and the evidence.
 
+    Up to `most_exact` detections all weights count, and probabilities are right to 1e-9. With more, a label
+    below `NEGLIGIBLE` of a detection's largest weight counts as impossible, which splits the detections into
+    components; that may cost more than 1e-9 where labels can be given out in unlikely ways only.
+
     Args:
         weight: (N, M) not negative: of each label for each detection, relative to the label not being seen.
         none: (N,) not negative: of the detection being none of the labels. Where a detection has no weight
@@ -46,6 +50,15 @@ def association_marginals(
     probability = np.zeros((n, m + 1))
     if n == 0:
         return probability, 0.0, True
+    if n <= most_exact:
+        largest = np.maximum(none, weight.max(axis=1, initial=0.0))
+        lost = largest <= 0  # with no weight at all
+        divisor = np.where(lost, 1.0, largest)
+        rest = np.where(lost, 1.0, none / divisor)
+        total = exact_marginals(np.ascontiguousarray(weight / divisor[:, None]), rest, probability)
+        with np.errstate(divide="ignore"):
+            log_evidence = -np.inf if lost.any() else float(np.log(divisor).sum() + np.log(total))
+        return probability, log_evidence, True
     log_evidence, exact = marginals_by_component(
         np.ascontiguousarray(weight, dtype=np.float64),
         np.ascontiguousarray(none, dtype=np.float64),

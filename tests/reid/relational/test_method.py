@@ -3,7 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
@@ -107,6 +107,7 @@ def test_a_group_turned_about_its_middle_is_found_with_its_turn() -> None:
 
 
 @settings(deadline=None, max_examples=15 * settings().max_examples // 50)
+@example(220750094)  # two look-alikes at the edge of the view
 @given(SEEDS)
 def test_a_drift_of_the_frame_leaves_the_labels_as_they_are(seed: int) -> None:
     rng = np.random.default_rng(seed)
