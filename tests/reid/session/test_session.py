@@ -214,7 +214,7 @@ def test_in_play_each_answer_is_believed_and_learnt_from():
     plain = AdaptiveReid(known).identify(seen(PLACE + 0.4)).probability
     learnt = reid(known).identify(seen(PLACE + 0.4)).probability
     assert learnt[:, -1] == pytest.approx(session.identify(seen(PLACE + 0.4)).probability[:, -1])
-    assert (learnt[:, -1] < 0.5 * plain[:, -1]).all()  # nothing was new in three snapshots
+    assert (learnt[:, -1] < 0.9 * plain[:, -1]).all()  # nothing was new in three snapshots
 
 
 def test_a_session_takes_the_frame_of_the_day_if_it_is_certain():
