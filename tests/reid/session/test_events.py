@@ -124,7 +124,7 @@ STEPS = st.lists(
 )
 
 
-@settings(max_examples=max(40, settings().max_examples // 2))
+@settings(max_examples=settings().max_examples // 4)
 @given(steps=STEPS, seed=st.integers(0, 100))
 def test_any_order_of_steps_saves_and_loads_gives_the_steps_not_undone(steps, seed, tmp_path_factory):
     path = tmp_path_factory.getbasetemp() / f"session-{seed}.json"
