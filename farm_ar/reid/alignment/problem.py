@@ -202,7 +202,7 @@ def _looks(scene: Scene, snapshot: Snapshot) -> FloatArray:
         return np.empty((len(found), len(layout)))
     names = np.array([*layout.category, *found.category], dtype=object)
     same = names[len(layout) :, None] == names[: len(layout)]
-    same[[name is None for name in found.category]] = True
+    same[[name is None or not layout.names_categories for name in found.category]] = True
     ratio = np.log(found.size)[:, None] - np.log(layout.size)
     size = -0.5 * np.where(np.isfinite(ratio), (ratio / SIZE_SD) ** 2, 0.0).sum(axis=-1)
     size = np.where(same, np.maximum(size, ODD_SIZE), -np.inf)

@@ -16,6 +16,7 @@ from farm_ar.reid.registration import RigidMotion
 from farm_ar.reid.session.tracks import Track
 from farm_ar.scenes import Layout, Scene, Snapshot, visible
 from farm_ar.scenes.documents import is_text
+from farm_ar.scenes.layout import NO_CATEGORY
 
 
 @dataclass(frozen=True)
@@ -216,7 +217,8 @@ def check_labels(state: State, snapshot: Snapshot, labels: Iterable[str | None])
             raise SessionError(f"labels[{i}]", "must be a non-empty string of Unicode, or None", label)
         if names.count(label) > 1:
             raise SessionError(f"labels[{i}]", "must not be given to two detections", label)
-        if label not in state.scene.layout.labels and seen.category[i] is None:
+        layout = state.scene.layout
+        if label not in layout.labels and seen.category[i] is None and layout.names_categories:
             expected = f"must be a label of the scene: detection {seen.ids[i]} has no category for a new one"
             raise SessionError(f"labels[{i}]", expected, label)
 
@@ -264,9 +266,11 @@ def _enrolled(layout: Layout, snapshot: Snapshot, labels: tuple[str | None, ...]
     if not new:
         return layout
     seen = snapshot.detections
+    # A single category would rule out all that has none.
+    category = [str(seen.category[i]) if layout.names_categories else NO_CATEGORY for i in new]
     return Layout(
         labels=(*layout.labels, *[str(labels[i]) for i in new]),
-        category=(*layout.category, *[str(seen.category[i]) for i in new]),
+        category=(*layout.category, *category),
         position=np.vstack([layout.position, seen.position[new]]),
         yaw=np.concatenate([layout.yaw, seen.yaw[new]]),
         size=np.vstack([layout.size, seen.size[new]]),

@@ -8,6 +8,7 @@ from farm_ar.reid import AdaptiveReid, Identification, RigidMotion, Session
 from farm_ar.reid.alignment import moved
 from farm_ar.reid.session import Aligned, Committed, Confirmed, Corrected, SessionReid
 from farm_ar.scenes import Camera, Detections, FieldOfView, Layout, Scene, Snapshot
+from farm_ar.scenes.layout import NO_CATEGORY
 
 ALL_ROUND = FieldOfView(np.pi, np.pi, 1e6)
 PLACE = np.array([[0.0, 0.0], [2.0, 0.5], [4.0, -1.0], [1.0, 3.0]])
@@ -246,6 +247,20 @@ def test_tracks_do_not_lift_the_doubt_about_a_snapshot_that_cannot_be_right():
     assert any("centimetres" in warning for warning in answer.warnings)
     assert (answer.confidence[:3] > 0.9).all()  # the tracks themselves went on
     assert answer.confidence[3:].max() < 0.3
+
+
+def test_where_the_place_names_no_categories_those_of_detections_tell_nothing():
+    session = Session(scene(category=(NO_CATEGORY,) * 4))
+    motion = RigidMotion(np.zeros(2), np.array([3.0, 4.0]), np.array(0.7))
+    assert session.align(moved(seen(), motion)).certain
+    session.undo()
+    more = seen(np.vstack([PLACE, [[8.0, 8.0]]]), np.append(YAW, 0.0), (*CHAIRS, "chair"))
+    assert session.identify(more).labels == ("o0", "o1", "o2", "o3", None)
+    session.correct({"4": "new"})
+    session.confirm()
+    assert session.state.learnt is not None
+    assert session.state.learnt.snapshots == 1
+    assert session.identify(more).labels == ("o0", "o1", "o2", "o3", "new")
 
 
 def test_only_the_adaptive_method_learns():
