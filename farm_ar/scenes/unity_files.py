@@ -29,7 +29,7 @@ Size = tuple[float, float, float]
 
 _DOCUMENT = re.compile(r"^--- !u!(\d+) &(-?\d+)( stripped)?$", re.MULTILINE)
 _LINK = re.compile(r"\{fileID: (-?\d+)(?:, guid: (\w+))?")
-_NUMBER = r"(-?[\d.]+(?:[eE][-+]?\d+)?)"
+_NUMBER = r"(-?\d*\.?\d+(?:[eE][-+]?\d+)?)"
 _VECTOR = re.compile(rf"\{{x: {_NUMBER}, y: {_NUMBER}, z: {_NUMBER}(?:, w: {_NUMBER})?\}}")
 _CHANGE = re.compile(
     r"- target: \{fileID: (-?\d+), guid: (\w+),\s+type: \d+\}\s+propertyPath: (\S+)\s+value: ?([^\n]*)\n"
@@ -90,7 +90,7 @@ def load_unity_scene(
             label, or an object has no size.
     """
     source = str(path)
-    text = read_text(path, SceneError, "a Unity scene")
+    text = read_text(path, SceneError, "a Unity scene").replace("\r\n", "\n")
     if not text.startswith("%YAML"):
         raise SceneError(
             "file", 'must be a Unity scene in text form, which begins with "%YAML"', text[:20], source
@@ -255,6 +255,10 @@ class _Parsed:
                 raise SceneError("m_Father", "must not lead back to itself", number, self.source)
             seen.add(number)
             node = self.nodes[number]
+            if not node.rotation.any():
+                raise SceneError(
+                    "m_LocalRotation", "must be a quaternion", node.rotation.tolist(), self.source
+                )
             # In a left-handed frame angles count the other way round: the formulas stay as they are.
             local = Rotation.from_quat(node.rotation)
             position = local.apply(position * node.scale) + node.position

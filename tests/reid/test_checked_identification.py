@@ -274,6 +274,15 @@ def test_a_method_that_names_no_candidates_is_doubted_as_others_are(scene):
     assert identify(scene, wrong, Sure).confidence == pytest.approx(np.full(5, 1 / 6), abs=1e-3)
 
 
+def test_what_is_certified_is_named_by_its_place_among_all_detections(scene):
+    whole = identify(scene, snapshot(scene), "spatial").certified
+    assert whole is not None
+    assert whole.detections == (0, 1, 2, 3, 4)
+    rest = identify(scene, snapshot(scene, category=("plate", *scene.layout.category[1:])), "spatial")
+    assert rest.certified is not None
+    assert rest.certified.detections == (1, 2, 3, 4)
+
+
 def test_nothing_detected_is_an_empty_answer(scene):
     nothing = Snapshot(snapshot(scene).camera, Detections((), [], [], []))
     for reid in ("spatial", "likelihood"):

@@ -143,6 +143,25 @@ def test_what_cannot_be_used_is_named(tmp_path, text, field):
     assert done.exit_code == 2 or isinstance(done.exception, SceneError)
 
 
+@pytest.mark.parametrize(
+    ("right", "wrong", "field"),
+    [("x: 1.5, y", "x: 1.2.3, y", "m_LocalPosition"), ("w: 1.0}", "w: 0}", "m_LocalRotation")],
+)
+def test_a_number_or_a_rotation_that_is_none_is_named_and_other_line_ends_are_read(
+    tmp_path, right, wrong, field
+):
+    chair = thing(20, "chair_a", father=11, position=(1.5, 0, 0), box=(1, 1, 1))
+    path = written(tmp_path, thing(10, "OriginalObjects"), chair)
+    text = path.read_text()
+    path.write_bytes(text.replace("\n", "\r\n").encode())
+    assert load_unity_scene(path).layout.position.tolist() == [[1.5, 0.0]]
+    assert right in text
+    path.write_text(text.replace(right, wrong))
+    with pytest.raises(SceneError) as caught:
+        load_unity_scene(path)
+    assert caught.value.field == field
+
+
 @pytest.mark.parametrize(("text", "field"), [("a,b\n", "columns"), ("name,w,h,d\nx,1,0,1\n", "line 2, h")])
 def test_a_wrong_table_of_sizes_is_refused(tmp_path, text, field):
     path = tmp_path / "sizes.csv"

@@ -183,7 +183,7 @@ def _answer(problem: Problem, found: Found | None, anchor: RigidMotion | None, m
         return Alignment(anchor, by_anchor, nothing, reason="" if by_anchor >= CERTAIN else _REASONS[2])
     order = np.argsort(-share, kind="stable")
     best = int(order[0])
-    confidence = float(share[best] * found.close[best])
+    confidence = min(float(share[best] * found.close[best]), 1.0)
     others = [k for k in order[1:] if share[k] >= RIVAL * share[best]]
     alternatives = tuple(Alternative(problem.rigid(found.motions[k]), float(share[k])) for k in others)
     reason = ""

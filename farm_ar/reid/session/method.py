@@ -251,7 +251,8 @@ class Session:
             return None
         layout, seen = self.scene.layout, snapshot.detections
         usual = {None, *layout.categories}
-        kept = [i for i, category in enumerate(seen.category) if category in usual or not layout.names_categories]
+        every = not layout.names_categories
+        kept = [i for i, category in enumerate(seen.category) if every or category in usual]
         known = [labels[i] if labels[i] in layout.labels else None for i in kept]
         return self._reid.learn(replace(snapshot, detections=_some(seen, kept)), known)
 
