@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
-from farm_ar.cli.options import REID_HELP, number
+from farm_ar.cli.options import DEFAULT_REID, REID_HELP, number
 
 if TYPE_CHECKING:
     from farm_ar.reid import Reidentifier
@@ -50,7 +50,7 @@ def identify(
             metavar="NAME",
             help=REID_HELP,
         ),
-    ] = "spatial",
+    ] = DEFAULT_REID,
     threshold: Annotated[
         float | None,
         typer.Option(
@@ -77,7 +77,7 @@ def identify(
         typer.Option(
             metavar="P",
             parser=number(),
-            help="Give no label that is less probable; 0 by default. likelihood only.",
+            help="Give no label that is less probable; 0 by default. adaptive and likelihood only.",
         ),
     ] = None,
     confusion: Annotated[
@@ -85,7 +85,7 @@ def identify(
         typer.Option(
             metavar="P",
             parser=number(),
-            help="How often a detected category is wrong; 0 by default: it is kept. likelihood only.",
+            help="How often a category is wrong; 0, the default, keeps it. adaptive and likelihood only.",
         ),
     ] = None,
     explain: Annotated[
@@ -181,10 +181,12 @@ def _answer(asked: Asked, rule: Reidentifier, seen: Snapshot) -> None:
     for warning in found.warnings:
         typer.echo(f"Warning: {output.printable(warning)}", err=True)
     if as_json:
-        values = reports.as_values(seen, found) | ({} if why is None else {"explanation": why})
+        values = {"method": reid} | reports.as_values(seen, found)
+        values |= {} if why is None else {"explanation": why}
         values |= reports.frame_values(alignment) if frame == "unknown" else {}
         output.print_json(values, line)
         return
+    output.print_line(f"Method: {reid}")
     output.print_table(
         reports.DETECTION_COLUMNS, reports.detection_rows(seen, found), reports.DETECTION_NUMBERS
     )

@@ -13,6 +13,8 @@ import numpy as np
 from farm_ar.arrays import number_in
 from farm_ar.errors import OptionError
 from farm_ar.reid import (
+    AdaptiveOptions,
+    AdaptiveReid,
     DistanceReid,
     Identification,
     LikelihoodOptions,
@@ -198,12 +200,16 @@ def make_rule(scene: Scene, name: str, choices: Choices) -> Reidentifier:
     """
     make, with_it = load_reid(name, "--reid"), f"with --reid {name}"
     threshold, weights, gate, solver, min_confidence, confusion = choices
-    if name != "likelihood":
+    if name not in ("adaptive", "likelihood"):
         refuse([("--min-confidence", min_confidence), ("--confusion", confusion)], with_it)
     if name not in ("spatial", "spatial-ungated"):
         refuse({"--threshold": threshold, "--weights": weights, "--solver": solver}.items(), with_it)
     if name not in ("spatial", "distance", "squared-distance", "nearest"):
         refuse([("--gate", gate)], with_it)
+    if name == "adaptive":
+        return AdaptiveReid(
+            scene, AdaptiveOptions(min_confidence=min_confidence or 0.0, confusion=confusion or 0.0)
+        )
     if name == "likelihood":
         return LikelihoodReid(
             scene, LikelihoodOptions(min_confidence=min_confidence or 0.0, confusion=confusion or 0.0)

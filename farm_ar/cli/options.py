@@ -13,6 +13,9 @@ import typer
 from farm_ar.arrays import number_in, whole_in
 from farm_ar.errors import OptionError
 
+DEFAULT_REID = "adaptive"
+"""The method of `farm-ar identify`: the one that is right most often on the benchmark."""
+
 REID_HELP = (
     "spatial (the paper's), spatial-unity (as its program is), spatial-ungated, spatial-scale-free, "
     "likelihood, relational, adaptive, nearest, distance, squared-distance, last-known, or module:Class "

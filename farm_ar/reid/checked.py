@@ -28,7 +28,7 @@ MISLEADING = ("units", "sizes")
 def identify(
     scene: Scene,
     snapshot: Snapshot,
-    reid: str | Reidentifier | Callable[[Scene], Reidentifier] = "likelihood",
+    reid: str | Reidentifier | Callable[[Scene], Reidentifier] = "adaptive",
     frame: str = "map",
     checks: bool = True,
 ) -> Identification:
