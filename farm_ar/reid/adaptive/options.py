@@ -46,18 +46,18 @@ class AdaptiveOptions:
     outliers: float = 0.005
     astray: float = 0.05
     rates: tuple[Rate, ...] = (
-        (0.77, 0.003, 0.02),
-        (0.06, 0.05, 0.03),
-        (0.05, 0.2, 0.01),
-        (0.04, 0.02, 0.12),
-        (0.06, 0.15, 0.15),
-        (0.02, 0.35, 0.35),
+        (0.90, 0.003, 0.006),
+        (0.03, 0.05, 0.03),
+        (0.02, 0.2, 0.01),
+        (0.015, 0.02, 0.12),
+        (0.025, 0.15, 0.15),
+        (0.01, 0.35, 0.35),
     )
     size_shares: tuple[float, ...] = (0.3, 0.15, 0.2, 0.2, 0.15)
     reliabilities: tuple[float, ...] = (0.0, 0.6, 0.9, 0.99, 0.9999)
-    usual_scale: float = 0.5
+    usual_scale: float = 0.6
     usual_width: float = 1.0
-    usual_weight: float = 4.0
+    usual_weight: float = 12.0
 
     def __post_init__(self) -> None:
         if not 0 <= self.confusion < 1:

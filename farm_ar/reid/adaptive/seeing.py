@@ -19,7 +19,7 @@ _GOLDEN_ANGLE = float(np.pi * (3 - np.sqrt(5)))
 _DOUBT = 0.1
 """What a detector is never sure of: the least doubt of a detection, to which the others' are compared."""
 
-COME_AND_GONE, SHARED_ALL, SHARED_SOME = 0.1, 2.0, 0.25
+COME_AND_GONE, SHARED_ALL, SHARED_SOME = 0.1, 2.0, 0.1
 """By how much likelier it is that things come and go, or that all move together, where as many are seen as
 are known and all is in view; and that all move together where it is not so."""
 
