@@ -192,7 +192,12 @@ class Session:
         if not decisions:
             raise SessionError("session", "must have a decision to undo", "none")
         last = decisions[-1]
-        events = _without_idle_looks((*self._events[:last], *self._events[last + 1 :]))
+        later = self._events[last + 1 :]
+        if isinstance(self._events[last], Aligned):  # what was believed in that frame tells nothing
+            later = tuple(
+                [replace(one, tracks=(None,) * len(one.tracks)) for one in later if isinstance(one, Looked)]
+            )
+        events = _without_idle_looks((*self._events[:last], *later))
         undone, self._state = self._events[last], fold(self._begin, events)
         self._events = events
         self.__dict__.pop("_reid", None)

@@ -148,7 +148,10 @@ def after(state: State, event: Event) -> State:
         SessionError: it cannot follow.
     """
     if isinstance(event, Aligned):
-        return replace(state, frame=event)
+        look = state.look
+        if look is not None and not look.confirmed:  # what was believed in another frame tells nothing
+            look = replace(look, tracks=(None,) * len(look.tracks))
+        return replace(state, frame=event, look=look)
     if isinstance(event, Looked):
         return _looked(state, event)
     if isinstance(event, Committed):

@@ -249,6 +249,21 @@ def test_tracks_do_not_lift_the_doubt_about_a_snapshot_that_cannot_be_right():
     assert answer.confidence[3:].max() < 0.3
 
 
+def test_what_tracks_held_in_another_frame_is_not_believed():
+    motion = RigidMotion(np.zeros(2), np.array([1.0, 0.5]), np.array(0.6))
+    tracks = ("a", "b", "c", "d")
+    right = seen(tracks=tracks)
+    elsewhere = moved(right, motion)
+    session = Session(scene())
+    without = session.identify(right).confidence
+    session.identify(elsewhere)
+    assert session.align(elsewhere).certain
+    assert session.identify(elsewhere).confidence == pytest.approx(without, abs=1e-6)
+    session.identify(right)
+    session.undo()
+    assert session.identify(right).confidence == pytest.approx(without, abs=1e-6)
+
+
 def test_where_the_place_names_no_categories_those_of_detections_tell_nothing():
     session = Session(scene(category=(NO_CATEGORY,) * 4))
     motion = RigidMotion(np.zeros(2), np.array([3.0, 4.0]), np.array(0.7))
