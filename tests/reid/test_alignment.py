@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 
 from farm_ar.errors import SnapshotError
 from farm_ar.reid import RigidMotion, align, identify
-from farm_ar.reid.alignment import moved, spacing_of
+from farm_ar.reid.alignment import evidence, moved, spacing_of
+from farm_ar.reid.alignment.problem import problem_of
 from farm_ar.scenes import Camera, Detections, FieldOfView, Layout, Scene, Snapshot, builtin_scene, observe
 
 _spec = util.spec_from_file_location(
@@ -357,3 +358,31 @@ def test_few_of_many_that_fit_are_a_coincidence_and_things_of_other_kinds_do_not
     found = align(scene_of(place, yaw), snapshot)
     assert found.inliers == tuple(range(stayed))
     assert found.certain == (stayed == 20)
+
+
+def mixture(fov, match, heading=np.inf, stayed=0.65, turn=0.0):
+    """Log likelihood of one detection that stands where the first of two labels does, and the problem."""
+    place = np.array([[0.0, 0.0], [4.0, 0.0]])
+    scene, seen = scene_of(place, np.zeros(2)), snapshot_of(place[:1], np.array([turn]), fov=fov)
+    problem = problem_of(scene, seen)
+    motion = problem.scaled(motion_of(0.0, 0.0, 0.0))[:, :3]
+    found = evidence._mixture(
+        problem, evidence._look(problem, motion, np.array([[match]])), 0.03, heading, stayed
+    )
+    return float(found[0][0]), problem
+
+
+def test_what_is_in_view_and_not_detected_lessens_the_evidence_by_its_having_stayed():
+    ahead = FieldOfView(0.02, 0.02, 1e6)  # from (0, -50) it holds the first label only
+    assert mixture(ahead, 0)[0] - mixture(ALL_ROUND, 0)[0] == pytest.approx(-np.log(1 - 0.65))
+
+
+def test_if_no_thing_stayed_a_motion_is_as_probable_as_none():
+    found, problem = mixture(ALL_ROUND, -1, stayed=0.0)
+    assert found == pytest.approx(evidence.nothing_stayed(problem))
+
+
+def test_the_likelihood_of_headings_is_that_of_none_on_average():
+    turns = np.linspace(-np.pi, np.pi, 720, endpoint=False)
+    likely = [np.exp(mixture(ALL_ROUND, 0, 0.1, turn=turn)[0]) for turn in turns]
+    assert np.mean(likely) == pytest.approx(np.exp(mixture(ALL_ROUND, 0)[0]))
