@@ -53,10 +53,7 @@ def identify(
     if frame not in FRAMES:
         raise OptionError("frame", f"must be one of {', '.join(FRAMES)}", frame)
     rule = _rule(reid, scene)
-    if not scene.layout.names_categories:
-        seen = snapshot.detections
-        unnamed = Detections.trusted(**vars(seen) | {"category": (None,) * len(seen)})
-        snapshot = replace(snapshot, detections=unnamed)
+    snapshot = _without_strange_categories(scene, snapshot)
     findings: tuple[Finding, ...] = ()
     sure, said = 1.0, list[str]()
     if frame == "unknown":
@@ -65,16 +62,42 @@ def identify(
         findings = check(scene, snapshot)
         said += [one.said for one in findings]
     sure *= float(np.prod([1 - one.doubt for one in findings]))
-    footprints = not any(one.kind in MISLEADING for one in findings)
-    reasons = set_aside(scene, snapshot, again=footprints)
+    snapshot, reasons = _usable(scene, snapshot, findings)
     kept = np.flatnonzero([reason is None for reason in reasons])
-    wrong = [i for one in findings if one.kind == "sizes" for i in one.detections]
-    snapshot = _without_sizes(snapshot, wrong)
     answer = rule.identify(snapshot if len(kept) == len(reasons) else some(snapshot, kept))
     # If the snapshot does not mean what it says, every answer is as probable as any other.
     any_answer = (1 - sure) / (len(answer.candidates or scene.layout) + 1)
     answer = _explained(answer, scene, snapshot, kept)
     return _whole(answer, kept, reasons, tuple(said), (sure, any_answer))
+
+
+def usable(scene: Scene, snapshot: Snapshot) -> tuple[Snapshot, tuple[str | None, ...]]:
+    """The snapshot without what `identify` does not use of it, and N reasons for what it sets aside, or None.
+
+    Args:
+        scene: the reference layout and its place.
+        snapshot: what was seen, in the scene's frame.
+    """
+    snapshot = _without_strange_categories(scene, snapshot)
+    return _usable(scene, snapshot, check(scene, snapshot))
+
+
+def _without_strange_categories(scene: Scene, snapshot: Snapshot) -> Snapshot:
+    """The snapshot; without categories where the scene names none."""
+    if scene.layout.names_categories:
+        return snapshot
+    seen = snapshot.detections
+    unnamed = Detections.trusted(**vars(seen) | {"category": (None,) * len(seen)})
+    return replace(snapshot, detections=unnamed)
+
+
+def _usable(
+    scene: Scene, snapshot: Snapshot, findings: tuple[Finding, ...]
+) -> tuple[Snapshot, tuple[str | None, ...]]:
+    footprints = not any(one.kind in MISLEADING for one in findings)
+    reasons = set_aside(scene, snapshot, again=footprints)
+    wrong = [i for one in findings if one.kind == "sizes" for i in one.detections]
+    return _without_sizes(snapshot, wrong), reasons
 
 
 def _explained(answer: Identification, scene: Scene, snapshot: Snapshot, kept: IntArray) -> Identification:

@@ -15,7 +15,7 @@ from farm_ar.reid.adaptive import AdaptiveReid, Disorder
 from farm_ar.reid.alignment import Alignment, Pose, align, spacing_of
 from farm_ar.reid.alignment.method import CERTAIN
 from farm_ar.reid.base import Identification, Reidentifier
-from farm_ar.reid.checked import identify
+from farm_ar.reid.checked import identify, usable
 from farm_ar.reid.registry import REIDENTIFIERS, ReidFactory, reid_factory
 from farm_ar.reid.session.documents import Recorded, canonical, load_recorded, save_recorded
 from farm_ar.reid.session.state import (
@@ -254,10 +254,14 @@ class Session:
         """How untidy the place is, after one more snapshot whose labels are known."""
         if not len(self.scene.layout) or not isinstance(self._reid, AdaptiveReid):
             return None
+        snapshot, aside = usable(self.scene, snapshot)
         layout, seen = self.scene.layout, snapshot.detections
         usual = {None, *layout.categories}
-        every = not layout.names_categories
-        kept = [i for i, category in enumerate(seen.category) if every or category in usual]
+        kept = [
+            i
+            for i, category in enumerate(seen.category)
+            if category in usual and (aside[i] is None or labels[i] in layout.labels)
+        ]
         known = [labels[i] if labels[i] in layout.labels else None for i in kept]
         return self._reid.learn(replace(snapshot, detections=_some(seen, kept)), known)
 

@@ -278,6 +278,24 @@ def test_where_the_place_names_no_categories_those_of_detections_tell_nothing():
     assert session.identify(more).labels == ("o0", "o1", "o2", "o3", "new")
 
 
+def test_nothing_is_learnt_of_what_identify_does_not_use():
+    rng = np.random.default_rng(1)
+    place, yaw, size = rng.uniform(0, 6, (10, 2)), rng.uniform(-3, 3, 10), rng.uniform(0.3, 0.9, (10, 3))
+    layout = Layout(tuple(f"o{i}" for i in range(10)), ("chair",) * 10, place, yaw, size)
+    camera = Camera(np.array([2.0, -4.0]), 0.0, ALL_ROUND)
+
+    def learnt(sizes, again=False):
+        rows = [*range(10), 0] if again else [*range(10)]
+        detections = Detections(("chair",) * len(rows), place[rows], yaw[rows], sizes[rows])
+        session = Session(Scene("room", (6.0, 6.0), layout))
+        session.identify(Snapshot(camera, detections))
+        session.confirm()
+        return session.state.learnt.to_json()
+
+    assert learnt(100 * size) == learnt(np.full((10, 3), np.nan))
+    assert learnt(size, again=True) == learnt(size)
+
+
 def test_only_the_adaptive_method_learns():
     for reid, learns in (("adaptive", True), (AdaptiveReid, True), ("likelihood", False), ("spatial", False)):
         session = Session(scene(), reid)
