@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from farm_ar.reid import Identification, Session
+from farm_ar.reid.base import Assurance
+from farm_ar.reid.session.tracks import Track, hints, with_tracks
 from farm_ar.scenes import Camera, Detections, FieldOfView, Layout, Scene, Snapshot
 
 ALL_ROUND = FieldOfView(np.pi, np.pi, 1e6)
@@ -93,6 +95,25 @@ def test_a_label_that_a_track_holds_is_not_given_to_what_stands_in_its_place():
     answer = session.identify(look([[0.0, 0.8], [1.0, 0.8], [0.0, 0.0]], ("t1", "t2", None)))
     assert answer.labels[:2] == ("a", "b")
     assert answer.labels[2] is None
+
+
+def test_what_a_track_holds_is_left_out_of_what_others_may_be():
+    picture = np.array([[0.5, 0.4, 0.1], [0.6, 0.3, 0.1]])
+    answer = Identification(("b", "a"), candidates=("a", "b"), assurance=Assurance(probability=picture))
+    now = look(ROW[:2], ("t1", None)).detections
+    found, _ = with_tracks(answer, None, ("a", "b"), now, {0: Track((0.0, 0.0), True, {"a": 1.0})}, 0.02)
+    # Of 0.6, 0.3 and 0.1 what is not held: 1% of a, 99.2% of b, all of none; in 2% it is the picture.
+    rest = np.array([0.6 * 0.01, 0.3 * 0.992, 0.1])
+    assert found.probability[1] == pytest.approx(0.98 * rest / rest.sum() + 0.02 * picture[1])
+    assert found.labels == ("a", "b")
+
+
+def test_hints_are_log_odds_for_the_labels_of_held_tracks():
+    now = look(ROW[:2], ("t1", "t2")).detections
+    going = {0: Track((0.0, 0.0), True, {"a": 0.9}), 1: Track((1.0, 0.0), False, {"b": 1.0})}
+    found = hints(("a", "b"), now, going)
+    assert set(found) == {"0"}
+    assert found["0"] == pytest.approx([np.log(9), -20])
 
 
 def test_a_track_that_stands_still_learns_from_a_better_look():
