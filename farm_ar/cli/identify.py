@@ -45,12 +45,12 @@ def identify(
         ),
     ] = "map",
     reid: Annotated[
-        str,
+        str | None,
         typer.Option(
             metavar="NAME",
-            help=REID_HELP,
+            help=f"{DEFAULT_REID} by default, spatial with an option that belongs to it. Names: {REID_HELP}",
         ),
-    ] = DEFAULT_REID,
+    ] = None,
     threshold: Annotated[
         float | None,
         typer.Option(
@@ -106,11 +106,14 @@ def identify(
     A CSV table has the columns id, category, x, z, yaw_deg, w, h, d, in metres and degrees.
     Snapshots on standard input are answered one by one, with --json in a line each; a bad one is answered by
     an error, and the exit code is 2 at the end.
-    Options marked (*) belong to the method spatial.
+    Options marked (*) belong to the method spatial, which is used where no other is named with them.
     """
     from farm_ar.cli.inputs import Choices, make_rule, read_scene, read_snapshot, refuse
 
     known = read_scene(scene, room)
+    if reid is None:
+        of_spatial = any(option is not None for option in (threshold, weights, gate, solver, explain))
+        reid = "spatial" if of_spatial else DEFAULT_REID
     asked = Asked(known, reid, explain, plot, as_json, frame)
     choices = Choices(threshold, weights, gate, solver, min_confidence, confusion)
     if str(snapshot) == "-":

@@ -86,6 +86,10 @@ def test_the_default_is_named_first_and_is_the_method_that_wins_the_benchmark(be
     snapshot = load_snapshot(seen)
     assert answer["method"] == "adaptive"
     assert answer["labels"] == list(AdaptiveReid(load_scene(before)).identify(snapshot).labels)
+    assert (
+        json.loads(CliRunner().invoke(app, [*files, "--json", "--threshold", "0"]).stdout)["method"]
+        == "spatial"
+    )
     careful = CliRunner().invoke(app, [*files, "--json", "--min-confidence", "0.999"])
     assert json.loads(careful.stdout)["labels"].count(None) > answer["labels"].count(None)
 
