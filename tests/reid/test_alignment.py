@@ -386,3 +386,14 @@ def test_the_likelihood_of_headings_is_that_of_none_on_average():
     turns = np.linspace(-np.pi, np.pi, 720, endpoint=False)
     likely = [np.exp(mixture(ALL_ROUND, 0, 0.1, turn=turn)[0]) for turn in turns]
     assert np.mean(likely) == pytest.approx(np.exp(mixture(ALL_ROUND, 0)[0]))
+
+
+def test_a_detection_looks_like_the_label_of_its_size_in_any_unit():
+    place = np.array([[0.0, 0.0], [4.0, 0.0]])
+    for unit in (0.01, 1.0, 100.0):
+        size = unit * np.array([[0.1, 0.1, 0.1], [0.11, 0.1, 0.1]])
+        layout = Layout(("o0", "o1"), ("thing",) * 2, place, np.zeros(2), size)
+        seen = Detections(("thing",), place[:1], np.zeros(1), size[1:])
+        fit = problem_of(Scene("map", None, layout), Snapshot(Camera(place[0], 0.0, ALL_ROUND), seen)).fit[0]
+        assert fit[1] - fit[0] == pytest.approx(0.5 * (np.log(1.1) / 0.15) ** 2)
+        assert np.exp(fit).mean() == pytest.approx(1)
