@@ -106,11 +106,13 @@ def identify(
     A CSV table has the columns id, category, x, z, yaw_deg, w, h, d, in metres and degrees.
     Snapshots on standard input are answered one by one, with --json in a line each; a bad one is answered by
     an error, and the exit code is 2 at the end.
-    Options marked (*) belong to the method spatial, which is used where no other is named with them.
+    Options marked (*) belong to the method spatial, which is used where no other is named with them, and for
+    very many objects.
     """
-    from farm_ar.cli.inputs import Choices, make_rule, read_scene, read_snapshot, refuse
+    from farm_ar.cli.inputs import MOST_PAIRS, Choices, make_rule, read_scene, read_snapshot, refuse
 
     known = read_scene(scene, room)
+    by_default = reid is None
     if reid is None:
         of_spatial = any(option is not None for option in (threshold, weights, gate, solver, explain))
         reid = "spatial" if of_spatial else DEFAULT_REID
@@ -121,6 +123,9 @@ def identify(
         _answer_stream(asked, make_rule(known, reid, choices))
         return
     seen = read_snapshot(snapshot, camera)
+    if by_default and len(known.layout) * len(seen.detections) > MOST_PAIRS[DEFAULT_REID]:
+        reid = "spatial"
+        asked = asked._replace(reid=reid)
     _answer(asked, make_rule(known, reid, choices), seen)
 
 

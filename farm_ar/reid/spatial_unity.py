@@ -37,11 +37,12 @@ class SpatialUnityReid(Reidentifier):
     What the program keeps from frame to frame is not in here.
 
     Args:
-        scene: the reference layout and its room, a rectangle from the origin.
+        scene: the reference layout and its place; borders of cells end at the box around its bounds, or
+            around all that is known where there are none.
         threshold: of the sites' cumulative probability, 0 to 1.
 
     Raises:
-        SceneError: the scene has no labels, or its bounds are no such rectangle.
+        SceneError: the scene has no labels.
         OptionError: the threshold is out of its limits.
     """
 
@@ -54,7 +55,9 @@ class SpatialUnityReid(Reidentifier):
         self._places = _in_space(scene.layout.position, scene.layout.elevation)
         single = len(scene.layout.categories) == 1
         self._template = None if single else template_boxes(scene)
-        self._borders = BorderDistances(scene.site_positions, scene.size) if len(scene.sites) > 1 else None
+        self._borders = (
+            BorderDistances(scene.site_positions, *_limits(scene)) if len(scene.sites) > 1 else None
+        )
 
     def identify(self, snapshot: Snapshot) -> Identification:
         """The label of each detection; none at all where fewer labels are left than detections.
@@ -120,19 +123,20 @@ class BorderDistances:
 
     The site in whose cell the camera is: the least distance to its borders, times how far its centre is, as a
     share of how far the centre beyond that border is. A neighbour of that site: the distance to the border
-    between them. Any other site: the least distance to its own borders. Borders end at the room's walls.
+    between them. Any other site: the least distance to its own borders. Borders end at the limits.
 
     Args:
         sites: (K, 2) centres, distinct, metres; at least two.
-        size: width and depth of the room from the origin, metres.
+        low: (2,) least x and z, metres.
+        high: (2,) largest x and z, metres.
     """
 
-    def __init__(self, sites: FloatArray, size: tuple[float, float]) -> None:
+    def __init__(self, sites: FloatArray, low: FloatArray, high: FloatArray) -> None:
         self.sites = sites
         self.borders: dict[tuple[int, int], FloatArray] = {}
         """(2, 2) ends of the border between two sites, the smaller index first."""
         for a, b in combinations(range(len(sites)), 2):
-            border = _border(sites, a, b, np.array(size, dtype=np.float64))
+            border = _border(sites, a, b, low, high)
             if border is not None:
                 self.borders[a, b] = border
 
@@ -174,14 +178,21 @@ def sites_kept(distance: FloatArray, threshold: float) -> IntArray:
     return order[:kept]
 
 
-def _border(sites: FloatArray, a: int, b: int, size: FloatArray) -> FloatArray | None:
-    """(2, 2) ends of the border between two cells within the room; None where they share none."""
+def _limits(scene: Scene) -> tuple[FloatArray, FloatArray]:
+    """(2,) least and (2,) largest x and z of a scene's bounds, or of what is known of it, metres."""
+    known = [scene.layout.position, scene.site_positions] if scene.bounds is None else [scene.bounds.corners]
+    points = np.concatenate(known)
+    return points.min(axis=0), points.max(axis=0)
+
+
+def _border(sites: FloatArray, a: int, b: int, lowest: FloatArray, highest: FloatArray) -> FloatArray | None:
+    """(2, 2) ends of the border between two cells within limits; None where they share none."""
     middle, way = (sites[a] + sites[b]) / 2, sites[b] - sites[a]
     along = np.array([-way[1], way[0]])
-    # Nearer to site a than to another: 2 (c - a) . x <= c . c - a . a. Walls likewise.
+    # Nearer to site a than to another: 2 (c - a) . x <= c . c - a . a. Limits likewise.
     others = np.delete(sites, [a, b], axis=0)
     normal = np.vstack([2 * (others - sites[a]), [[-1.0, 0.0], [0.0, -1.0], [1.0, 0.0], [0.0, 1.0]]])
-    limit = np.concatenate([(others**2).sum(axis=1) - (sites[a] ** 2).sum(), [0.0, 0.0], size])
+    limit = np.concatenate([(others**2).sum(axis=1) - (sites[a] ** 2).sum(), -lowest, highest])
     slope, room = normal @ along, limit - normal @ middle
     if (room[slope == 0] < 0).any():
         return None

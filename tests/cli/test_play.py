@@ -58,7 +58,7 @@ def test_any_re_identifier_can_be_played_against(play):
         result = play(lines, "--reid", name)
         assert result.exit_code == 0, result.output
         assert "Right: 6 of 7 detections" in result.output
-    assert "must be one of distance" in play(lines, "--reid", "guess").output
+    assert "must be one of adaptive" in play(lines, "--reid", "guess").output
 
 
 @pytest.mark.parametrize("word", ["end", "quit", "exit"])

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from farm_ar.errors import SnapshotError
-from farm_ar.reid import RigidMotion, align, identify
+from farm_ar.reid import RigidMotion, Session, align, identify
 from farm_ar.reid.alignment import evidence, moved, spacing_of
 from farm_ar.reid.alignment.problem import problem_of
 from farm_ar.scenes import Camera, Detections, FieldOfView, Layout, Scene, Snapshot, builtin_scene, observe
@@ -397,3 +397,27 @@ def test_a_detection_looks_like_the_label_of_its_size_in_any_unit():
         fit = problem_of(Scene("map", None, layout), Snapshot(Camera(place[0], 0.0, ALL_ROUND), seen)).fit[0]
         assert fit[1] - fit[0] == pytest.approx(0.5 * (np.log(1.1) / 0.15) ** 2)
         assert np.exp(fit).mean() == pytest.approx(1)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_an_anchor_decides_where_everything_has_moved_a_little_and_a_session_takes_it(seed):
+    rng, scene = np.random.default_rng(seed), builtin_scene("farm")
+    layout = scene.layout
+    shift, turn = rng.normal(0, 0.02, layout.position.shape), rng.normal(0, 0.14, len(layout))
+    camera = Camera(np.array([0.6, -0.5]), 0.0, FieldOfView(1.2, 1.2, 5.0))
+    seen, truth = observe(layout.with_poses(layout.position + shift, layout.yaw + turn), camera)
+    motion = RigidMotion(np.zeros(2), rng.uniform(-5, 5, 2), np.array(rng.uniform(-3, 3)))
+    strange = moved(seen, motion.inverse())
+    place = motion.position(np.array([[1.0, 2.0]]))[0]
+    anchor = ((1.0, 2.0, 0.3), (*place, 0.3 + float(motion.turn)))
+    found = align(scene, strange, anchor)
+    assert found.certain
+    assert found.reason == ""
+    there = found.motion.position(strange.detections.position) - seen.detections.position
+    assert np.linalg.norm(there, axis=1).max() < 0.12  # a third of a building's distance to the next
+    session = Session(scene, "spatial")
+    session.align(strange, anchor)
+    right = sum(a == b for a, b in zip(session.identify(strange).labels, truth, strict=True))
+    assert right >= len(truth) - 2
+    # Without it nothing stands exactly where it stood, so how exact the motion is cannot be certain.
+    assert align(scene, strange).confidence <= align(scene, strange).roughly

@@ -34,7 +34,7 @@ def test_distances_to_borders_are_those_of_a_fine_grid(seed, count):
     rng = np.random.default_rng(seed)
     sites = rng.uniform(-0.5, 1.0, (count, 2)) * SIZE + [0.5, 0.5]
     camera = rng.uniform(0, 1, 2) * SIZE
-    found = BorderDistances(sites, SIZE)(camera)
+    found = BorderDistances(sites, np.zeros(2), np.array(SIZE))(camera)
     points, first, second = points_on_borders(sites)
     own = int(nearest_site(camera[None], sites)[0])
     away = np.linalg.norm(points - camera, axis=1)
@@ -58,7 +58,7 @@ def test_distances_to_borders_are_those_of_a_fine_grid(seed, count):
 
 
 def test_two_sites_have_one_border_in_the_middle():
-    distances = BorderDistances(np.array([(1.0, 1.0), (3.0, 1.0)]), SIZE)
+    distances = BorderDistances(np.array([(1.0, 1.0), (3.0, 1.0)]), np.zeros(2), np.array(SIZE))
     np.testing.assert_allclose(sorted(distances.borders[0, 1].tolist()), [[2.0, 0.0], [2.0, 3.0]])
     np.testing.assert_allclose(
         distances(np.array([1.5, 2.0])), [np.hypot(0.5, 1) / np.hypot(1.5, 1) * 0.5, 0.5]

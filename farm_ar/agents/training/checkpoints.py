@@ -12,6 +12,7 @@ import zipfile
 from collections import deque
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -132,7 +133,7 @@ def restore(model: BaseAlgorithm, saved: Path, trust: bool = False) -> None:
         model.ep_info_buffer, model.ep_success_buffer = deque(latest, window), deque(maxlen=window)
         if isinstance(model, OffPolicyAlgorithm):
             if (saved / REPLAY).exists():
-                with np.load(saved / REPLAY, allow_pickle=False) as file:
+                with np.load(BytesIO((saved / REPLAY).read_bytes()), allow_pickle=False) as file:
                     _remember(model.replay_buffer, dict(file))
             else:
                 _need_trust(saved, trust)
@@ -153,7 +154,7 @@ def normalized(envs: VecEnv, settings: Mapping[str, Any], saved: Path, trust: bo
             _need_trust(saved, trust)
             return VecNormalize.load(str(saved / PICKLES[NORMALIZATION]), envs)
         kept = VecNormalize(envs, **settings)
-        with np.load(saved / NORMALIZATION, allow_pickle=False) as file:
+        with np.load(BytesIO((saved / NORMALIZATION).read_bytes()), allow_pickle=False) as file:
             for name, part in _moments_of(kept).items():
                 mean, var = file[f"{name}.mean"], file[f"{name}.var"]
                 if mean.shape != part.mean.shape or var.shape != part.var.shape:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.special import ndtr
-from scipy.stats import chi2
+from scipy.special import chdtrc, ndtr
 
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.reid.adaptive.common import best_motion, residual
@@ -52,7 +51,7 @@ def predictive_p_value(pairs: Pairs, chosen: IntArray, every: Hypotheses, motion
     angle = np.arccos(np.clip(pairs.turn[index[turned]], -1.0, 1.0))
     # What has gone anywhere is turned anyhow.
     tail = far * (1 - angle / np.pi) + (1 - far) * _turn_tail(angle, every, motion)
-    both = [chi2.sf(-2 * np.log(u).sum(), 2 * len(u)) for u in (shift, np.maximum(tail, _LEAST)) if len(u)]
+    both = [chdtrc(2 * len(u), -2 * np.log(u).sum()) for u in (shift, np.maximum(tail, _LEAST)) if len(u)]
     return float(min(1.0, len(both) * min(both)))
 
 

@@ -55,10 +55,12 @@ class Alignment(Record):
 
     Args:
         motion: about the middle of the detections, metres and radians.
-        confidence: probability that it is right within 5% of the spacing, there, and 2 degrees.
+        confidence: probability that it is right within 5% of the spacing, there, and 2 degrees; with an
+            anchor, that it is what the anchor says.
         matches: N labels, at whose place each detection is; None for what stands elsewhere.
         alternatives: other motions at least a tenth as probable, the most probable first.
         reason: why it is not certain; empty if it is.
+        roughly: probability that it is the right one of all motions, however exact.
     """
 
     motion: RigidMotion
@@ -66,6 +68,7 @@ class Alignment(Record):
     matches: tuple[str | None, ...]
     alternatives: tuple[Alternative, ...] = ()
     reason: str = ""
+    roughly: float = 0.0
 
     @property
     def certain(self) -> bool:
@@ -173,25 +176,43 @@ class _Odds(NamedTuple):
 def _answer(problem: Problem, found: Found | None, anchor: RigidMotion | None, mirrored: float) -> Alignment:
     """The most probable motion and the alternatives, given the evidence of the mirrored frame."""
     odds = _odds(problem, found, anchor, mirrored)
-    if found is not None:
+    if found is not None and anchor is None:  # an anchor says what stayed
         odds = odds._replace(motions=_with_groups(odds.motions, found.match >= 0))
     total = logsumexp([*odds.motions, odds.anchor, odds.none, odds.mirrored])
     share, by_anchor = np.minimum(np.exp(odds.motions - total), 1.0), float(np.exp(odds.anchor - total))
     if found is None or by_anchor > share.max():
         assert anchor is not None
         nothing = (None,) * len(problem.snapshot.detections)
-        return Alignment(anchor, by_anchor, nothing, reason="" if by_anchor >= CERTAIN else _REASONS[2])
+        sure = by_anchor + _by_anchor(problem, found, anchor, share)
+        reason = "" if sure >= CERTAIN else _REASONS[2]
+        return Alignment(anchor, sure, nothing, reason=reason, roughly=sure)
     order = np.argsort(-share, kind="stable")
     best = int(order[0])
-    confidence = min(float(share[best] * found.close[best]), 1.0)
+    confidence, roughly = min(float(share[best] * found.close[best]), 1.0), float(share[best])
     others = [k for k in order[1:] if share[k] >= RIVAL * share[best]]
+    if anchor is not None and _near(problem, found, anchor)[best]:
+        confidence = roughly = min(by_anchor + _by_anchor(problem, found, anchor, share), 1.0)
     alternatives = tuple(Alternative(problem.rigid(found.motions[k]), float(share[k])) for k in others)
     reason = ""
     if confidence < CERTAIN:
         reason = _REASONS[0 if np.exp(odds.mirrored - total) > 1 - CERTAIN else 1 if alternatives else 2]
     labels = problem.scene.layout.labels
     matches = tuple(None if j < 0 else labels[j] for j in found.match[best])
-    return Alignment(problem.rigid(found.motions[best]), confidence, matches, alternatives, reason)
+    return Alignment(problem.rigid(found.motions[best]), confidence, matches, alternatives, reason, roughly)
+
+
+def _near(problem: Problem, found: Found, anchor: RigidMotion) -> BoolArray:
+    """(K,) which motions are what an anchor says, as far as it can be trusted."""
+    says = problem.scaled(anchor)[0]
+    off = np.linalg.norm(found.motions[:, 1:] - says[1:3], axis=1)
+    turn = np.abs((found.motions[:, 0] - says[0] + np.pi) % (2 * np.pi) - np.pi)
+    near: BoolArray = (off < ANCHOR_REACH) & (turn < ANCHOR_TURN)
+    return near
+
+
+def _by_anchor(problem: Problem, found: Found | None, anchor: RigidMotion, share: FloatArray) -> float:
+    """The share of all motions that are what an anchor says."""
+    return 0.0 if found is None else float(share[_near(problem, found, anchor)].sum())
 
 
 def _with_groups(odds: FloatArray, there: BoolArray) -> FloatArray:
@@ -222,10 +243,7 @@ def _odds(problem: Problem, found: Found | None, anchor: RigidMotion | None, mir
     if anchor is None:
         return _Odds(evidence, -np.inf, none, mirrored)
     if found is not None:
-        says = problem.scaled(anchor)[0]
-        off = np.linalg.norm(found.motions[:, 1:] - says[1:3], axis=1)
-        turn = np.abs((found.motions[:, 0] - says[0] + np.pi) % (2 * np.pi) - np.pi)
-        near = (off < ANCHOR_REACH) & (turn < ANCHOR_TURN)
+        near = _near(problem, found, anchor)
         room = np.pi * ANCHOR_REACH**2 * 2 * ANCHOR_TURN / (2 * np.pi * problem.area)
         evidence = evidence + np.log(np.where(near, ANCHORED / room, 1 - ANCHORED))
     return _Odds(evidence, none + float(np.log(ANCHORED)), none + float(np.log(1 - ANCHORED)), mirrored)

@@ -91,18 +91,18 @@ class Session:
         anchor: tuple[Pose, Pose] | None = None,
         at_least: float = CERTAIN,
     ) -> Alignment:
-        """Find the frame of the snapshots; from here on they are taken to be in it, if it is certain.
+        """Find the frame of the snapshots; from here on they are taken to be in it, if it is the right one.
 
         Args:
             snapshot: in that frame.
             anchor: as of `align`.
-            at_least: the confidence from which on the frame is taken.
+            at_least: how probable it must be that the motion is the right one, however exact (`roughly`).
 
         Returns:
             The alignment, taken or not.
         """
         found = align(self.scene, snapshot, anchor)
-        if found.confidence >= at_least:
+        if found.roughly >= at_least:
             start = found.motion.about(np.zeros(2))
             x, z = start.shift.tolist()
             self._add(Aligned(x, z, radians(degrees(start.turn))))
