@@ -22,6 +22,7 @@ from farm_ar.benchmark.scores import (
 )
 from farm_ar.envs.generator import scene_of
 from farm_ar.errors import UnfinishedError
+from farm_ar.scenes.files import json_values
 from farm_ar.sweeps import Executor, Store, Watcher
 
 BREAKING_SCENE, BREAKING_CASES, BREAKING_QUERIES = "farm", 6, 150
@@ -59,7 +60,7 @@ class Results:
     def values(self) -> dict[str, Any]:
         """All of it as JSON values; what is not known is null."""
         found = [asdict(one) for one in self.scores.values()]
-        values: dict[str, Any] = _plain(
+        values: dict[str, Any] = json_values(
             {
                 "version": __version__,
                 "suite": self.suite,
@@ -147,14 +148,3 @@ def breaking_effort(
         labels = scene_of(BREAKING_SCENE, game=False).layout.labels
         found[method] = summarise(study, labels).reids[0].best.median
     return found
-
-
-def _plain(value: Any) -> Any:
-    """The value with None for numbers that are not finite, which JSON does not have."""
-    if isinstance(value, dict):
-        return {name: _plain(item) for name, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    if isinstance(value, float) and not np.isfinite(value):
-        return None
-    return value

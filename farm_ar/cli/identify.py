@@ -101,7 +101,7 @@ def identify(
 ) -> None:
     """Identify the detections of a snapshot.
 
-    What cannot be right is told of in warnings, on the error stream and in the JSON.
+    Warnings, on the error stream and in the JSON, say what cannot be right.
 
     A CSV table has the columns id, category, x, z, yaw_deg, w, h, d, in metres and degrees.
     Snapshots on standard input are answered one by one, with --json in a line each; a bad one is answered by

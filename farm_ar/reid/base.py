@@ -175,6 +175,24 @@ class Identification(Record):
         return self._assured.warnings
 
 
+def expected_errors(
+    probability: FloatArray | None, labels: tuple[str, ...]
+) -> tuple[FloatArray, tuple[str | None, ...]]:
+    """The costs whose cheapest assignment has most right labels on average: 1 less each probability.
+
+    Args:
+        probability: (N, M + 1) of each label and, last, of none of them.
+        labels: the M labels.
+
+    Returns:
+        (N, M + N) costs of each label and of each detection's being none; the label of each column, or None.
+    """
+    assert probability is not None
+    n = len(probability)
+    none = np.where(np.eye(n, dtype=bool), 1 - probability[:, -1], np.inf)
+    return np.hstack([1 - probability[:, :-1], none]), (*labels, *[None] * n)
+
+
 @dataclass(frozen=True, eq=False)
 class IdentificationBatch(Record):
     """Which label each detection of B snapshots is; rows padded like the snapshots' own.

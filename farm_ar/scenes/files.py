@@ -139,6 +139,17 @@ def _no_formula(value: Any) -> Any:
     return f"'{value}" if formula and value != "-Infinity" and number_in(value) is None else value
 
 
+def json_values(value: Any) -> Any:
+    """The value with None for numbers that are not finite, which JSON does not have."""
+    if isinstance(value, dict):
+        return {name: json_values(item) for name, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [json_values(item) for item in value]
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value
+
+
 def degrees(angle: float | FloatArray) -> float:
     """An angle as files have it, from radians.
 

@@ -28,7 +28,7 @@ from farm_ar.agents.stress.statistics import ReidSummary, Share, broken_within, 
 from farm_ar.agents.stress.study import Study, known_case
 from farm_ar.envs.generator import scene_of
 from farm_ar.scenes import Scene
-from farm_ar.scenes.files import csv_table, write_text
+from farm_ar.scenes.files import csv_table, json_values, write_text
 
 COLUMNS = (
     "case", "reid", "attack", "asked", "least", "largest", "metres", "degrees", "moved", "wrong", "query",
@@ -95,7 +95,7 @@ def write_study(study: Study, summary: Summary, folder: str | os.PathLike[str]) 
     out = Path(folder)
     files = {
         "stress.html": page_of(study, summary),
-        "stress.json": json.dumps(_plain(as_json(study, summary)), indent=1, allow_nan=False) + "\n",
+        "stress.json": json.dumps(json_values(as_json(study, summary)), indent=1, allow_nan=False) + "\n",
         "stress.csv": _table(study),
         "stress-times.csv": _times(study),
     }
@@ -182,17 +182,6 @@ def _table(study: Study) -> str:
 
 def _times(study: Study) -> str:
     return csv_table(("case", "reid", "attack", "asked", "seconds"), study.measured)
-
-
-def _plain(value: Any) -> Any:
-    """The value with None for numbers that are not finite, which JSON does not have."""
-    if isinstance(value, dict):
-        return {name: _plain(item) for name, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    if isinstance(value, float) and not np.isfinite(value):
-        return None
-    return value
 
 
 def page_of(study: Study, summary: Summary) -> str:

@@ -18,7 +18,7 @@ from farm_ar.reid.adaptive.learning import motion_evidence, rates_evidence
 from farm_ar.reid.adaptive.options import AdaptiveOptions
 from farm_ar.reid.adaptive.pairs import Problem, Surroundings, problem_of
 from farm_ar.reid.adaptive.seeing import motion_prior, seeing_of
-from farm_ar.reid.base import Assurance, Identification, Reidentifier
+from farm_ar.reid.base import Assurance, Identification, Reidentifier, expected_errors
 from farm_ar.reid.categories import codes_in, declared_codes
 from farm_ar.reid.likelihood.kernels import decide
 from farm_ar.reid.likelihood.records import Answer
@@ -122,11 +122,7 @@ class AdaptiveReid(Reidentifier):
         Raises:
             SnapshotError: a detection's category is not one of the scene's.
         """
-        probability = self.identify(snapshot).probability
-        assert probability is not None
-        n = len(probability)
-        none = np.where(np.eye(n, dtype=bool), 1 - probability[:, -1], np.inf)
-        return np.hstack([1 - probability[:, :-1], none]), (*self.scene.layout.labels, *[None] * n)
+        return expected_errors(self.identify(snapshot).probability, self.scene.layout.labels)
 
     def learn(self, snapshot: Snapshot, labels: Sequence[str | None]) -> Disorder:
         """What is known of the disorder after one more snapshot whose labels were confirmed.

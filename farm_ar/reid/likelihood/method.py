@@ -10,7 +10,13 @@ import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray, Record
 from farm_ar.errors import SceneError
-from farm_ar.reid.base import Assurance, Identification, IdentificationBatch, Reidentifier
+from farm_ar.reid.base import (
+    Assurance,
+    Identification,
+    IdentificationBatch,
+    Reidentifier,
+    expected_errors,
+)
 from farm_ar.reid.categories import batch_codes, codes_in, declared_codes
 from farm_ar.reid.costs import sorted_log_sides
 from farm_ar.reid.likelihood.densities import side_error, view_probability
@@ -191,11 +197,7 @@ class LikelihoodReid(Reidentifier):
         Raises:
             SnapshotError: a detection's category is not one of the scene's.
         """
-        probability = self.identify(snapshot).probability
-        assert probability is not None
-        n = len(probability)
-        none = np.where(np.eye(n, dtype=bool), 1 - probability[:, -1], np.inf)
-        return np.hstack([1 - probability[:, :-1], none]), (*self.scene.layout.labels, *[None] * n)
+        return expected_errors(self.identify(snapshot).probability, self.scene.layout.labels)
 
     def cost_terms(self, snapshot: Snapshot) -> dict[str, FloatArray]:
         """Terms that speak against each label for each detection, (N, M) each, by name; natural logarithms.
