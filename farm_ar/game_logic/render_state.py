@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -30,6 +31,8 @@ class RenderState:
         animal_heading: (A,) where they run to, radians.
         animal_goal: (A,) the label that each wants to get to.
         caption: a line about what is going on.
+        missing: parts, by name, that have been taken off objects, by index: the stairs of a coop.
+        open_gates: how far the gates of objects are open, by index, 0 to 1.
     """
 
     scene: Scene
@@ -46,3 +49,5 @@ class RenderState:
     animal_heading: FloatArray = field(default_factory=lambda: np.zeros(0))
     animal_goal: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     caption: str = ""
+    missing: Mapping[int, tuple[str, ...]] = field(default_factory=dict)
+    open_gates: Mapping[int, float] = field(default_factory=dict)

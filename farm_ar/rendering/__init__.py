@@ -3,7 +3,7 @@
 from farm_ar.rendering.camera import HOLOLENS_2, Intrinsics, View
 from farm_ar.rendering.light import Light
 from farm_ar.rendering.mesh import Mesh, MeshError, read_mesh
-from farm_ar.rendering.models import MODELS, model
+from farm_ar.rendering.models import MODELS, model, with_open_gate
 from farm_ar.rendering.renderer import Instance, Picture, Renderer
 from farm_ar.rendering.sensor import Sensor
 
@@ -21,4 +21,5 @@ __all__ = [
     "View",
     "model",
     "read_mesh",
+    "with_open_gate",
 ]

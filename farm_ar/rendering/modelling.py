@@ -145,7 +145,7 @@ def hutch() -> Mesh:
 
 
 def shed() -> Mesh:
-    """20 x 14 x 16 cm: a barn with its ridge from side to side; its gate opens."""
+    """20 x 14 x 16 cm: a barn with its ridge from side to side; both leaves of its gate open."""
     w, front, back = 0.094, 0.074, -0.074
     eave, ridge = 0.080, 0.134
     profile = [(front, 0.0), (front, eave), (0.0, ridge), (back, eave), (back, 0.0)]
@@ -158,18 +158,19 @@ def shed() -> Mesh:
         body += _window((x, 0.046, front), 0.014, 0.013, 1.0)
     body += pane(_upright(-0.040, 0.0, 0.040, 0.070, front + _LIFT), (0, 0, 1), TRIM)
     body += pane(_upright(-0.036, 0.0, 0.036, 0.066, front + 2 * _LIFT), (0, 0, 1), DARK)
-    gate: list[Polygon] = []
-    for side in (-1.0, 1.0):
+    gates: dict[str, list[Polygon]] = {}
+    for side, name in ((-1.0, "gate-left"), (1.0, "gate-right")):
         z = front + 3 * _LIFT
         low, high = sorted((side * 0.0005, side * 0.0355))
-        gate += box((low, 0.001, z), (high, 0.065, z + 0.002), BARN)
+        gate = box((low, 0.001, z), (high, 0.065, z + 0.002), BARN)
         for y in (0.001, 0.031, 0.061):
             gate += pane(_upright(low, y, high, y + 0.004, z + 0.002 + _LIFT), (0, 0, 1), TRIM)
+        gates[name] = gate
     roof = []
     for side in (-1.0, 1.0):
         slope = [(0.0, ridge + 0.006), (0.0, ridge - 0.001), (side * 0.08, 0.070), (side * 0.08, 0.077)]
         roof += sideways(prism(slope, -0.1, 0.1, BARN_ROOF))
-    return merged({name: mesh_of(part) for name, part in {"body": body, "gate": gate, "roof": roof}.items()})
+    return merged({name: mesh_of(part) for name, part in {"body": body, "roof": roof, **gates}.items()})
 
 
 def chicken() -> Mesh:

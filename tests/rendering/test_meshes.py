@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from farm_ar.rendering import MODELS, Mesh, MeshError, model, read_mesh
+from farm_ar.rendering import MODELS, Mesh, MeshError, model, read_mesh, with_open_gate
 from farm_ar.rendering.modelling import BUILDERS, write
 from farm_ar.rendering.shapes import box, mesh_of
 
@@ -51,14 +51,26 @@ def test_parts_come_off_and_turn():
     with pytest.raises(MeshError, match="part"):
         coop.only("chimney")
     shed = model("shed")
-    opened = shed.turned("gate", np.array([0.0355, 0, 0.076]), np.pi / 2)
-    assert (
-        opened.corners[shed.part != shed.parts.index("gate")]
-        == shed.corners[shed.part != shed.parts.index("gate")]
-    ).all()
+    opened = shed.turned("gate-right", np.array([0.0355, 0, 0.076]), np.pi / 2)
+    still = shed.part != shed.parts.index("gate-right")
+    assert (opened.corners[still] == shed.corners[still]).all()
     # Clockwise seen from above: what was to the left of the hinge is ahead of it.
-    gate = opened.only("gate").bounds
-    assert gate[1, 2] > 0.13
+    assert opened.only("gate-right").bounds[1, 2] > 0.105
+
+
+def test_both_leaves_of_a_gate_swing_out_about_their_outer_edges():
+    shed = model("shed").fitted(0.2, 0.14, 0.16)
+    opened = with_open_gate(shed, 90 / 110)
+    for part, edge in (("gate-left", 0), ("gate-right", 1)):
+        closed, open_ = shed.only(part).bounds, opened.only(part).bounds
+        width, thick = np.ptp(closed[:, 0]), np.ptp(closed[:, 2])
+        assert np.ptp(open_[:, 2]) == pytest.approx(width)
+        assert np.ptp(open_[:, 0]) == pytest.approx(thick)
+        assert open_[edge, 0] == pytest.approx(closed[edge, 0], abs=2 * thick)
+        assert open_[0, 2] == pytest.approx(closed[0, 2])
+        assert (open_[:, 1] == closed[:, 1]).all()
+    assert with_open_gate(shed, 0.0) is shed
+    assert with_open_gate(model("coop"), 1.0) is model("coop")
 
 
 def test_a_box_from_another_program_keeps_sides_and_orientation(tmp_path):

@@ -73,7 +73,7 @@ class HeadsetView:
         image = np.empty((height, width, 3), np.uint8) if out is None else out
         view = Pinhole.of(state.camera, width, height)
         frozen = state.phase == "hand"
-        away, hand = self._static.draw(image, state.camera, view, state.truth, state.hand)
+        away, hand = self._static.draw(image, state, view)
         skin = image if hand is None else image[hand]
         self._draw_figures(image, away, state, view, frozen)
         if frozen:

@@ -17,7 +17,7 @@ from farm_ar.drawing.game.player import hand_in_space
 from farm_ar.drawing.game.scenery import Placed
 from farm_ar.game_logic.physics.gripper import HandState
 from farm_ar.game_logic.render_state import RenderState
-from farm_ar.rendering import MODELS, Instance, Intrinsics, Light, Mesh, Renderer, View, model
+from farm_ar.rendering import MODELS, Instance, Intrinsics, Light, Mesh, Renderer, View, model, with_open_gate
 from farm_ar.rendering.shapes import box, mesh_of, pane
 from farm_ar.scenes import Camera, Layout, Scene
 
@@ -68,38 +68,35 @@ class RealThings:
         self._away: Distances = np.empty((size[1], size[0]), np.float32)
         self._hand: BoolArray | None = None
 
-    def draw(
-        self, image: Image, camera: Camera, view: Pinhole, truth: Layout, hand: HandState | None
-    ) -> tuple[Distances, BoolArray | None]:
+    def draw(self, image: Image, state: RenderState, view: Pinhole) -> tuple[Distances, BoolArray | None]:
         """Draw the picture.
 
         Args:
             image: (H, W, 3) to draw on.
-            camera: the headset's.
-            view: the same as a pinhole.
-            truth: where everything really is.
-            hand: the player's, if it is over the table.
+            state: whose camera sees it.
+            view: that camera as a pinhole.
 
         Returns:
             (H, W) how far away what it shows is, metres, infinite for nothing; and which show the hand.
         """
-        key = (*_bytes_of(camera), truth.position.tobytes(), truth.yaw.tobytes(), _hand_bytes(hand))
+        key = (*_bytes_of(state.camera), *_standing_bytes(state), _hand_bytes(state.hand))
         if key != self._key:
-            self._draw_things(view, truth, hand)
+            self._draw_things(view, state)
             self._key = key
         np.copyto(image, self._image)
         return self._away, self._hand
 
-    def _draw_things(self, view: Pinhole, truth: Layout, hand: HandState | None) -> None:
+    def _draw_things(self, view: Pinhole, state: RenderState) -> None:
+        hand = state.hand
         width, height = self.size
         column, row = view.middle.tolist()
         lens = Intrinsics(view.focal, view.focal, column, row, width, height)
-        buildings = _buildings(truth)
+        buildings = _buildings(state)
         held = None if hand is None else hand.gripped
         moving = [] if held is None else [buildings.pop(held)]
         if hand is not None:
             moving += hand_in_space(hand, _HAND)
-        picture = self._renderer(view, truth, held, buildings).draw(
+        picture = self._renderer(view, state, held, buildings).draw(
             View(lens, view.eye, view.yaw, view.pitch), moving
         )
         np.copyto(self._image, picture.rgb)
@@ -109,13 +106,17 @@ class RealThings:
             self._draw_scenery(view)
 
     def _renderer(
-        self, view: Pinhole, truth: Layout, held: int | None, buildings: list[Instance]
+        self, view: Pinhole, state: RenderState, held: int | None, buildings: list[Instance]
     ) -> Renderer:
         """Of all but the hand and what it holds; kept while nothing moves and the same walls are seen."""
+        truth = state.truth
         standing = np.arange(len(truth)) != held
         walls = [wall for wall, foot, inwards in self._walls if (view.eye - foot) @ inwards > 0]
-        poses = truth.position[standing].tobytes(), truth.yaw[standing].tobytes()
-        key = (*poses, standing.tobytes(), str([id(wall) for wall in walls]).encode())
+        key = (
+            *_standing_bytes(state, standing),
+            standing.tobytes(),
+            str([id(wall) for wall in walls]).encode(),
+        )
         if self._standing is None or self._standing[0] != key:
             things = [*self._room, *walls, *buildings]
             self._standing = key, Renderer(things, self._light, ground.WALL, True, self._shaded)
@@ -146,7 +147,7 @@ class CameraPicture:
         width, height = self._size
         image = np.empty((height, width, 3), np.uint8)
         view = Pinhole.of(state.camera, width, height)
-        self._things.draw(image, state.camera, view, state.truth, state.hand)
+        self._things.draw(image, state, view)
         return image
 
 
@@ -156,15 +157,15 @@ def upright_number(atlas: Atlas, placed: Placed, view: Pinhole) -> int:
     return atlas.number(placed.thing.side_left if leftwards else placed.thing.side)
 
 
-def _buildings(layout: Layout) -> list[Instance]:
-    """What stands in a layout: models where there are some, else boxes."""
-    things = []
+def _buildings(state: RenderState) -> list[Instance]:
+    """What really stands there: models where there are some, else boxes."""
+    things, layout = [], state.truth
     for i, category in enumerate(layout.category):
         colour = category_colour(category, layout.categories)
         foot = np.array([layout.position[i, 0], layout.elevation[i], layout.position[i, 1]])
-        things.append(
-            Instance(_building(category, colour, *layout.size[i].tolist()), foot, float(layout.yaw[i]))
-        )
+        mesh = _building(category, colour, *layout.size[i].tolist())
+        mesh = with_open_gate(mesh.without(*state.missing.get(i, ())), state.open_gates.get(i, 0.0))
+        things.append(Instance(mesh, foot, float(layout.yaw[i])))
     return things
 
 
@@ -245,6 +246,12 @@ def _bytes_of(camera: Camera) -> tuple[bytes, ...]:
     fov = camera.fov
     limits = (fov.left, fov.right)
     return camera.position.tobytes(), np.array([*map(float, numbers), *limits]).tobytes()
+
+
+def _standing_bytes(state: RenderState, standing: BoolArray | slice = slice(None)) -> tuple[bytes, ...]:
+    """All that a picture depends on of what stands there."""
+    parts = repr((sorted(state.missing.items()), sorted(state.open_gates.items()))).encode()
+    return state.truth.position[standing].tobytes(), state.truth.yaw[standing].tobytes(), parts
 
 
 def _hand_bytes(hand: HandState | None) -> bytes:

@@ -214,3 +214,19 @@ def test_what_is_kept_from_the_picture_before_does_not_show():
     turned = replace(state, truth=layout.with_poses(layout.position, layout.yaw + 0.3))
     for other in (moved, turned, start(camera=FACING_S4), state, moved):
         assert np.array_equal(drawer.draw(other), HeadsetView(FARM).draw(other))
+
+
+def test_parts_can_be_taken_off_and_gates_opened():
+    view, shed = HeadsetView(FARM, (320, 240)), FARM.layout.category.index("shed")
+    for camera, index, change in (
+        (FACING_S4, 4, {"missing": {4: ("stairs", "ramp")}}),
+        (FACING_S1, shed, {"open_gates": {shed: 1.0}}),
+    ):
+        moment = start(camera=camera)
+        whole, changed = view.draw(moment), view.draw(replace(moment, **change))
+        pinhole, place = Pinhole.of(camera, 320, 240), FARM.layout.position[index]
+        pixel = pinhole.pixels(pinhole.frame(np.array([place[0], 0.03, place[1]])))
+        differs = np.argwhere((changed != whole).any(axis=-1))
+        assert 10 < len(differs) < 2000
+        assert np.linalg.norm(differs.mean(axis=0)[::-1] - pixel) < 40
+        assert view.draw(moment).tobytes() == whole.tobytes()
