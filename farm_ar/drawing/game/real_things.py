@@ -19,7 +19,7 @@ from farm_ar.game_logic.physics.gripper import HandState
 from farm_ar.game_logic.render_state import RenderState
 from farm_ar.rendering import MODELS, Instance, Intrinsics, Light, Mesh, Renderer, View, model, with_open_gate
 from farm_ar.rendering.shapes import box, mesh_of, pane
-from farm_ar.scenes import Camera, Layout, Scene
+from farm_ar.scenes import Camera, Scene
 
 _TEXTURE_PX = 640
 _BOARD_M, _RIM_M, _TABLE_HEIGHT_M, _WALL_M, _SKIRTING_M = 0.03, 0.016, 0.74, 2.6, 0.08
