@@ -138,7 +138,8 @@ def _climb(
         outcome.evidence[fit.work.use] = -np.inf
         assess_models(*fit, motion[2], limits.floor, outcome)
         assessed = fit.work.use & (outcome.evidence > -np.inf)
-        outcome.evidence[assessed] += volume(fit.work.sums[assessed], *prior, motion)
+        outcome.likely[assessed] = volume(fit.work.sums[assessed], *prior, motion)
+        outcome.evidence[assessed] += outcome.likely[assessed]
         highest = outcome.evidence.max()
         if last or not highest > limits.floor - HOPELESS:
             break

@@ -62,12 +62,14 @@ class Outcome(NamedTuple):
     """What K models say of a snapshot.
 
     Args:
-        evidence: (K,) log evidence of each model, its prior included.
+        evidence: (K,) log evidence of each model, its prior and the motion's included.
+        likely: (K,) log probability of the motion before anything was seen, and of those that do as well.
         chance: (K, N, M + 1) marginal probabilities under each.
         unseen: (K, M) probability that each label is not seen.
     """
 
     evidence: FloatArray
+    likely: FloatArray
     chance: FloatArray
     unseen: FloatArray
 

@@ -101,7 +101,7 @@ def hypotheses(setting: Setting, eyes: Eyes, found: Found) -> list[Hypothesis]:
     fill_frame(setting.known, frame)
     no_group = float(np.log1p(-options.group))
     result = [_alone(setting, frame, float(np.log1p(-options.drift)) + no_group)]
-    best, still = result[0], frame
+    best, still, there = result[0], frame, setting
     use = _worth_using(setting, best.outcome)
     if options.drift > 0:
         for pivot in (raw.eyes.position.mean(axis=0), setting.middle):
@@ -109,12 +109,12 @@ def hypotheses(setting: Setting, eyes: Eyes, found: Found) -> list[Hypothesis]:
             hypothesis, drifted = _drifted(setting, raw, still, pivot, use, log_prior, best.best)
             result.append(hypothesis)
             if hypothesis.best > best.best:
-                best, frame = hypothesis, drifted
+                best, frame, there = hypothesis, drifted, _drifted_too(setting, hypothesis.outcome)
     if options.group > 0 and len(raw.nothing) > 1:
         log_prior = best.log_prior - no_group + float(np.log(options.group / max(len(setting.groups), 1)))
         highest = best.best
         for q, motion in _promising(setting, frame):
-            result.append(_moved(setting, frame, q, motion, use, log_prior, highest))
+            result.append(_moved(there, frame, q, motion, use, log_prior, highest))
             highest = max(highest, result[-1].best)
     return result
 
@@ -168,6 +168,14 @@ def _drifted(
     return max(reached, key=lambda one: one[0].best)
 
 
+def _drifted_too(setting: Setting, drift: Outcome) -> Setting:
+    """What groups in a drifted frame are looked for with: models as likely as they and their drift."""
+    known, likely = setting.known, drift.likely.copy()
+    likely[np.isneginf(drift.evidence)] = likely[drift.evidence.argmax()]  # its drift was not fitted
+    models = known.models._replace(log_prior=known.models.log_prior + likely)
+    return setting._replace(known=known._replace(models=models))
+
+
 def _drift_starts(setting: Setting, still: Frame, pivot: FloatArray, turn_sd: float) -> list[FloatArray]:
     """Where to begin: no drift; turned either way about what is far; what takes a fixed label to a detection.
 
@@ -179,7 +187,7 @@ def _drift_starts(setting: Setting, still: Frame, pivot: FloatArray, turn_sd: fl
         return starts
     away = float(np.linalg.norm(still.sight.found.position[0] - pivot, axis=-1).max())
     longest = LIMIT * float(np.hypot(_drift_sd(setting), away * turn_sd))
-    search = _search(setting, SPREADS[-1], longest, LIMIT * turn_sd)
+    search = _search(setting, SPREADS[0], longest, LIMIT * turn_sd)
     best = best_motions(setting.known, search, still.sight, still.reach, setting.anchors, 1)
     for anchor, motions in zip(setting.anchors, best, strict=True):
         for _, *motion in motions:
@@ -286,4 +294,4 @@ def _frame(setting: Setting, sight: Sight) -> Frame:
 
 def _outcome(frame: Frame) -> Outcome:
     k, n, m = frame.alone.weight.shape
-    return Outcome(np.empty(k), np.zeros((k, n, m + 1)), np.ones((k, m)))
+    return Outcome(np.empty(k), np.zeros(k), np.zeros((k, n, m + 1)), np.ones((k, m)))
