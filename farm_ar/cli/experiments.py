@@ -28,7 +28,9 @@ EXPERIMENTS = (
 
 
 def reproduce(
-    what: Annotated[str, typer.Argument(metavar="WHAT", help=f"One of {', '.join(EXPERIMENTS)}.")] = "all",
+    what: Annotated[
+        str, typer.Argument(metavar="WHAT", help=f"One of {', '.join(EXPERIMENTS)}. Or any table or figure.")
+    ] = "all",
     scenes: Annotated[
         Path | None,
         typer.Option(metavar="DIR", help="Use its L1.json to H2.json in place of our own scenes."),
@@ -63,19 +65,24 @@ def reproduce(
     """Repeat the paper's experiments.
 
     Each writes CSV, JSON and a picture; a summary sets our numbers beside the paper's. After an
-    interruption the same command continues where it stopped.
+    interruption the same command continues where it stopped. Of a figure that another command gives,
+    or that nothing can give, it says so.
     """
     from farm_ar.cli.options import make_folder
-    from farm_ar.cli.output import console
+    from farm_ar.cli.output import console, print_line
     from farm_ar.experiments import reproduce as run
     from farm_ar.experiments import setting_of
+    from farm_ar.experiments.catalogue import elsewhere
 
+    line = elsewhere(what)
+    if line is not None:
+        print_line(line)
+        return
+    setting = setting_of(what, scenes=scenes, layouts=layouts, seed=seed, quick=quick, fresh=fresh, reid=reid)
     make_folder("--out", out)
     run(
         what=what,
-        setting=setting_of(
-            what, scenes=scenes, layouts=layouts, seed=seed, quick=quick, fresh=fresh, reid=reid
-        ),
+        setting=setting,
         out=out,
         workers=os.cpu_count() or 2 if workers is None else workers,
         console=console(),

@@ -28,12 +28,44 @@ TITLE_SIZE, TEXT_SIZE = 9, 8
 
 @dataclass(frozen=True)
 class Comparison:
-    """One number of the paper beside ours; `spread` is the variation of ours, and over what."""
+    """One number of the paper beside ours.
+
+    Args:
+        what: it is of.
+        paper: the paper's.
+        ours: the text's method, run here.
+        spread: the variation of ours, and over what.
+        interval: 95% interval of ours, by resampling layouts.
+        program: what the authors' public program gives here (`spatial-unity`).
+        difference: ours less the program's on the same snapshots, with its 95% interval.
+    """
 
     what: str
     paper: str
     ours: str
     spread: str = ""
+    interval: str = ""
+    program: str = ""
+    difference: str = ""
+
+
+COLUMNS = {
+    "paper": "paper",
+    "ours": "ours",
+    "interval": "95% interval",
+    "program": "authors' program",
+    "difference": "ours less program (95%)",
+    "spread": "spread",
+}
+"""Headings of a comparison's columns; those from the interval to the difference stand only where needed."""
+
+
+def comparison_table(comparisons: Sequence[Comparison]) -> tuple[list[str], list[list[str]]]:
+    """Headings and cells of a table of comparisons, without columns that none of them fills."""
+    always = ("paper", "ours", "spread")
+    names = [name for name in COLUMNS if name in always or any(getattr(c, name) for c in comparisons)]
+    cells = [[c.what, *(getattr(c, name) for name in names)] for c in comparisons]
+    return ["", *(COLUMNS[name] for name in names)], cells
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,8 +111,9 @@ class Report:
         lines = [f"## {self.title}", ""]
         if self.note:
             lines += [self.note, ""]
-        lines += ["| | paper | ours | spread |", "|---|---|---|---|"]
-        lines += [f"| {c.what} | {c.paper} | {c.ours} | {c.spread} |" for c in self.comparisons]
+        headings, cells = comparison_table(self.comparisons)
+        lines += [f"| {' | '.join(headings)} |".replace("|  |", "| |"), "|---" * len(headings) + "|"]
+        lines += [f"| {' | '.join(row)} |" for row in cells]
         if self.tables:
             lines += ["", self.tables]
         lines += ["", f"Picture: [{self.name}.svg]({self.name}.svg)", ""]

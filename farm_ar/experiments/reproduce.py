@@ -12,12 +12,13 @@ from rich.table import Table
 
 from farm_ar.errors import OptionError, UnfinishedError, known_name
 from farm_ar.experiments.ablation import fig7, table2
+from farm_ar.experiments.catalogue import experiment_of
 from farm_ar.experiments.headroom import headroom
 from farm_ar.experiments.noise_sweep import fig5
 from farm_ar.experiments.overview import table1
 from farm_ar.experiments.pruning import fig9, table3
 from farm_ar.experiments.relations import relations
-from farm_ar.experiments.report import Report
+from farm_ar.experiments.report import Report, comparison_table
 from farm_ar.experiments.sequences import sequences
 from farm_ar.experiments.setting import Setting
 from farm_ar.reid import load_reid
@@ -61,7 +62,7 @@ def setting_of(
     """The setting in which `reproduce` runs.
 
     Args:
-        what: a name in `EXPERIMENTS`, or "all" for those of the paper.
+        what: a name in `EXPERIMENTS`, a table or figure as "Fig. 8", or "all" for those of the paper.
         scenes: folder with L1.json to H2.json to use in place of the built-in scenes.
         layouts: noisy layouts for each noise level; 20 by default, 5 if quick, or as `OWN_LAYOUTS` says.
         seed: where all randomness comes from.
@@ -74,7 +75,7 @@ def setting_of(
         SceneError: a scene file is missing or cannot be used.
     """
     if what != "all":
-        known_name("what", what, EXPERIMENTS)
+        what = known_name("what", experiment_of(what), EXPERIMENTS)
     if reid is not None:
         if what not in BEYOND_THE_PAPER:
             raise OptionError("reid", f"must be given with {', '.join(BEYOND_THE_PAPER)} only", reid)
@@ -98,7 +99,7 @@ def reproduce(
     What is finished is kept in `sweeps.sqlite` beside them, and not computed again after an interruption.
 
     Args:
-        what: a name in `EXPERIMENTS`, or "all" for those of the paper.
+        what: a name in `EXPERIMENTS`, a table or figure as "Fig. 8", or "all" for those of the paper.
         setting: of the experiments; by default `setting_of` it.
         out: folder for the files; made if need be.
         workers: processes that share the work, or 1 to do it in this one; the results do not depend on it.
@@ -110,7 +111,7 @@ def reproduce(
         UnfinishedError: some units gave no result; the others are kept, and the other experiments done.
     """
     all_names = [name for name in EXPERIMENTS if name not in BEYOND_THE_PAPER]
-    names = all_names if what == "all" else [known_name("what", what, EXPERIMENTS)]
+    names = all_names if what == "all" else [known_name("what", experiment_of(what), EXPERIMENTS)]
     setting = setting or setting_of(what)
     console = console or Console(markup=False, highlight=False)
     executor = make_executor("process" if workers != 1 else "serial", workers)
@@ -147,10 +148,11 @@ def _show(reports: Sequence[Report], console: Console) -> None:
     for report in reports:
         console.print(f"\n{report.title}", style="bold")
         table = Table()
-        for column in ("", "paper", "ours", "spread"):
+        headings, rows = comparison_table(report.comparisons)
+        for column in headings:
             table.add_column(column, overflow="fold")
-        for c in report.comparisons:
-            table.add_row(c.what, c.paper, c.ours, c.spread)
+        for row in rows:
+            table.add_row(*row)
         console.print(table)
         if report.note:
             console.print(report.note, style="dim")

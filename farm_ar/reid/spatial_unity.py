@@ -9,13 +9,13 @@ from itertools import combinations, permutations
 import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray
-from farm_ar.errors import OptionError, SceneError
+from farm_ar.errors import OptionError, SceneError, known_name
 from farm_ar.geometry import world_box
 from farm_ar.reid.assignment import margins_and_runners_up, solve_lsap
 from farm_ar.reid.base import Assurance, Identification, Reidentifier
 from farm_ar.reid.categories import require_places
 from farm_ar.reid.costs import rotation_cost, total_cost
-from farm_ar.reid.spatial import template_boxes
+from farm_ar.reid.spatial import TERMS, Term, template_boxes
 from farm_ar.scenes import Detections, Scene, Snapshot
 
 _PAIRINGS = np.array(list(permutations(range(3))))
@@ -40,21 +40,34 @@ class SpatialUnityReid(Reidentifier):
         scene: the reference layout and its place; borders of cells end at the box around its bounds, or
             around all that is known where there are none.
         threshold: of the sites' cumulative probability, 0 to 1.
+        terms: the cost terms that count, as in the ablation of the paper's Table 2.
+        rng: with it, equally good assignments are chosen among at random.
 
     Raises:
         SceneError: the scene has no labels.
-        OptionError: the threshold is out of its limits.
+        OptionError: the threshold is out of its limits, or a term is not known.
     """
 
-    def __init__(self, scene: Scene, threshold: float = 1.0) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        threshold: float = 1.0,
+        terms: tuple[Term, ...] = TERMS,
+        rng: np.random.Generator | None = None,
+    ) -> None:
         if not len(scene.layout):
             raise SceneError("objects", "must be at least one", len(scene.layout))
         if not 0 <= threshold <= 1:
             raise OptionError("threshold", "must be from 0 to 1", threshold)
-        self.scene, self.threshold = scene, float(threshold)
+        for term in terms:
+            known_name("terms", term, TERMS)
+        self.scene, self.threshold, self._rng = scene, float(threshold), rng
+        weights = scene.cost_weights
+        self._translation_weight = weights.translation if "translation" in terms else 0.0
+        self._rotation_weight = weights.rotation if "rotation" in terms else 0.0
         self._places = _in_space(scene.layout.position, scene.layout.elevation)
         single = len(scene.layout.categories) == 1
-        self._template = None if single else template_boxes(scene)
+        self._template = None if single or "dimension" not in terms else template_boxes(scene)
         self._borders = (
             BorderDistances(scene.site_positions, *_limits(scene)) if len(scene.sites) > 1 else None
         )
@@ -68,6 +81,8 @@ class SpatialUnityReid(Reidentifier):
         require_places(snapshot.detections)
         seen, names = snapshot.detections, self.scene.layout.labels
         offered, sites = self._offered(snapshot.camera.position)
+        if self._rng is not None:
+            offered = self._rng.permutation(offered)
         labels = tuple(names[j] for j in offered.tolist())
         if len(offered) < len(seen):
             return Identification((None,) * len(seen), candidates=labels, sites=sites)
@@ -92,11 +107,13 @@ class SpatialUnityReid(Reidentifier):
 
     def cost_matrix(self, seen: Detections) -> FloatArray:
         """(N, M) cost of each label for each detection."""
-        layout, weights = self.scene.layout, self.scene.cost_weights
+        layout = self.scene.layout
         apart = _in_space(seen.position, seen.elevation)[:, None] - self._places
         distance = np.linalg.norm(apart, axis=-1) / self.scene.diagonal
         turn = rotation_cost(seen.yaw, layout.yaw)
-        return total_cost(distance, turn, self._dimension(seen), weights.translation, weights.rotation)
+        return total_cost(
+            distance, turn, self._dimension(seen), self._translation_weight, self._rotation_weight
+        )
 
     def _dimension(self, seen: Detections) -> FloatArray:
         if self._template is None:
@@ -108,12 +125,19 @@ class SpatialUnityReid(Reidentifier):
         product = np.take_along_axis(ratio.prod(axis=-1), best[..., None], axis=-1)[..., 0]
         return np.where(np.isnan(product), 1.0, product)
 
+    def site_probability(self, camera: FloatArray) -> FloatArray:
+        """(K,) probabilities of the scene's sites at a camera (2,), metres, in single precision."""
+        count = len(self.scene.sites)
+        if self._borders is None:
+            return np.ones(count, dtype=np.float32)
+        return border_probability(self._borders(camera))
+
     def _offered(self, camera: FloatArray) -> tuple[IntArray, tuple[str, ...]]:
         """Indices of the labels of the sites that the threshold keeps, and those sites."""
         every = np.arange(len(self.scene.layout))
         if self._borders is None:
             return every, ()
-        order = sites_kept(self._borders(camera), self.threshold)
+        order = sites_kept(self.site_probability(camera), self.threshold)
         names = tuple(self.scene.sites[s].name for s in order.tolist())
         return every[np.isin(self.scene.object_site, order)], names
 
@@ -159,17 +183,22 @@ class BorderDistances:
         return found
 
 
-def sites_kept(distance: FloatArray, threshold: float) -> IntArray:
-    """Indices of the sites that a threshold keeps, the likeliest first.
-
-    Args:
-        distance: (K,) of the sites, metres; 0 is as good as certain.
-        threshold: 0 to 1.
-    """
+def border_probability(distance: FloatArray) -> FloatArray:
+    """(K,) probabilities of sites at distances (K,), metres: the softmax of 1 / distance; 0 is certain."""
     with np.errstate(divide="ignore"):
         closeness = np.minimum(1 / distance, 1e300)
     weight = np.exp(closeness - closeness.max())
-    probability = (weight / weight.sum()).astype(np.float32)
+    probability: FloatArray = (weight / weight.sum()).astype(np.float32)
+    return probability
+
+
+def sites_kept(probability: FloatArray, threshold: float) -> IntArray:
+    """Indices of the sites that a threshold keeps, the likeliest first.
+
+    Args:
+        probability: (K,) of the sites, in single precision.
+        threshold: 0 to 1.
+    """
     order = np.argsort(-probability, kind="stable")
     kept, total = 0, np.float32(0)
     while kept < len(order) and total < np.float32(threshold):

@@ -8,6 +8,7 @@ import pytest
 from farm_ar.experiments import pruning
 from farm_ar.experiments.pruning import fig9, table3
 from farm_ar.experiments.setting import Setting
+from farm_ar.reid.spatial_unity import SpatialUnityReid
 from farm_ar.sweeps import SerialExecutor
 
 SITES = ["S6", "S3", "S10", "S9", "S2", "S4", "S7", "S1", "S8"]
@@ -29,6 +30,37 @@ def test_table_3_comes_out_to_three_decimals_in_the_papers_order(paper_scenes):
     # The paper adds up what it has rounded.
     assert cumulative == pytest.approx(CUMULATIVE, abs=0.0015)
     assert all(comparison.paper == comparison.ours for comparison in report.comparisons)
+
+
+def test_the_authors_program_ranks_the_sites_by_their_borders(paper_scenes):
+    """By an independent count: distances to the Voronoi borders on a fine grid, softmax over all sites."""
+    scene = Setting(paper_scenes).scenes["H1"]
+    camera, sites = np.array([2.408, 3.759]), scene.site_positions
+    x, z = np.meshgrid(*(np.linspace(0, side, 1401) for side in scene.size))
+    points = np.stack([x.ravel(), z.ravel()], axis=1)
+    away = np.linalg.norm(points[:, None] - sites, axis=-1)
+    nearest = np.sort(np.argsort(away, axis=1)[:, :2], axis=1)
+    ordered = np.sort(away, axis=1)
+    border = ordered[:, 1] - ordered[:, 0] < 0.01
+    to_camera = np.linalg.norm(points - camera, axis=1)
+    centre = np.linalg.norm(sites - camera, axis=1)
+    own = int(centre.argmin())
+
+    def least(of):
+        return to_camera[border & of].min(initial=np.inf)
+
+    between = [least((nearest == sorted((own, s))).all(axis=1)) if s != own else np.inf for s in range(10)]
+    distance = [b if np.isfinite(b) else least((nearest == s).any(axis=1)) for s, b in enumerate(between)]
+    beyond = int(np.argmin(between))
+    distance[own] = centre[own] / centre[beyond] * between[beyond]
+    weight = np.exp(1 / np.array(distance))
+    expected = weight / weight.sum()
+    found = SpatialUnityReid(scene).site_probability(camera)
+    np.testing.assert_allclose(found, expected, atol=0.01)
+    rows = table3(Setting(paper_scenes)).rows
+    assert [row["program_probability"] for row in rows] == sorted(
+        np.delete(found, own).tolist(), reverse=True
+    )
 
 
 def test_probabilities_of_any_scene_fall_and_sum_to_one():
@@ -63,6 +95,10 @@ def test_the_threshold_curve_agrees_with_an_independent_implementation(paper_sce
     expected = {0.05: 0.42, 0.25: 0.68, 0.5: 0.874, 0.6: 0.966, 0.75: 0.995}
     assert {threshold: curve[threshold] for threshold in expected} == pytest.approx(expected, abs=0.03)
     assert all(round(curve[threshold], 2) == 1.0 for threshold in (0.8, 0.85, 0.9, 0.95, 1.0))
+    program = {row["threshold"]: row["program"] for row in report.rows}
+    assert program[0.0] == 0.0, "it keeps no site at all"
+    assert program[0.5] < program[1.0] < curve[1.0], "in single precision it drops sites even at 1"
+    assert all(row["low"] <= row["accuracy"] <= row["high"] for row in report.rows)
 
 
 @pytest.mark.usefixtures("few_times")
@@ -103,7 +139,7 @@ def test_times_are_means_of_the_least_over_the_snapshots_that_detect_something(m
 def test_accuracies_and_times_are_sweeps_that_can_be_watched():
     last = {}
     fig9(Setting(layouts=1, quick=True, watch=lambda standing: last.update({standing.sweep: standing})))
-    assert {name: standing.done for name, standing in last.items()} == {"fig9": 21, "fig9 times": 2}
+    assert {name: standing.done for name, standing in last.items()} == {"fig9": 42, "fig9 times": 2}
 
 
 @pytest.mark.usefixtures("few_times")

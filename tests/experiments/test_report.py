@@ -65,6 +65,15 @@ def test_the_summary_sets_the_papers_numbers_beside_ours():
     )
 
 
+def test_columns_that_some_comparison_fills_stand_between_ours_and_the_spread():
+    whole = Comparison("accuracy", "0.91", "0.500", "SD 0.1", "0.4 to 0.6", "0.3", "+0.2")
+    lines = a_report(comparisons=[whole, Comparison("time", "1 s", "2 s")]).markdown().splitlines()
+    head = "| | paper | ours | 95% interval | authors' program | ours less program (95%) | spread |"
+    assert lines[2:][:1] == [head]
+    assert "| accuracy | 0.91 | 0.500 | 0.4 to 0.6 | 0.3 | +0.2 | SD 0.1 |" in lines
+    assert "| time | 1 s | 2 s |  |  |  |  |" in lines
+
+
 def test_a_summary_without_a_note_goes_straight_to_the_table():
     assert a_report().markdown().splitlines()[2] == "| | paper | ours | spread |"
 

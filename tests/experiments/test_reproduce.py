@@ -154,7 +154,7 @@ def test_scenes_of_a_folder_take_the_place_of_ours(own_scenes, out, tmp_path):
     ("options", "error", "message"),
     [
         (
-            {"what": "table5"},
+            {"what": "table9"},
             OptionError,
             f"what: must be one of {', '.join(sorted(EXPERIMENTS))}",
         ),

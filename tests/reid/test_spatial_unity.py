@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from farm_ar.errors import OptionError
 from farm_ar.geometry import nearest_site, world_box
-from farm_ar.reid.spatial_unity import BorderDistances, SpatialUnityReid, sites_kept
+from farm_ar.reid.spatial_unity import BorderDistances, SpatialUnityReid, border_probability, sites_kept
 from farm_ar.scenes import Camera, Detections, Gaussian, Layout, LayoutNoise, Scene, Site, Snapshot, observe
 from farm_ar.scenes.builtin import builtin_scene
 from farm_ar.testing import check_reidentifier
@@ -68,13 +68,15 @@ def test_two_sites_have_one_border_in_the_middle():
 def test_a_threshold_keeps_sites_in_falling_probability_until_it_is_reached():
     distance = np.array([0.5, 2.0, 1.0])
     share = np.exp(1 / distance) / np.exp(1 / distance).sum()
-    assert sites_kept(distance, 0.0).tolist() == []
-    assert sites_kept(distance, 1e-6).tolist() == [0]
-    assert sites_kept(distance, float(share[0]) + 1e-3).tolist() == [0, 2]
-    assert sites_kept(distance, float(share[0] + share[2]) + 1e-3).tolist() == [0, 2, 1]
+    found = border_probability(distance)
+    np.testing.assert_allclose(found, share, rtol=1e-6)
+    assert sites_kept(found, 0.0).tolist() == []
+    assert sites_kept(found, 1e-6).tolist() == [0]
+    assert sites_kept(found, float(share[0]) + 1e-3).tolist() == [0, 2]
+    assert sites_kept(found, float(share[0] + share[2]) + 1e-3).tolist() == [0, 2, 1]
     # So near that nothing is left for the others in single precision.
-    assert sites_kept(np.array([1e-3, 2.0, 1.0]), 1.0).tolist() == [0]
-    assert sites_kept(np.array([0.0, 2.0, np.inf]), 1.0).tolist() == [0]
+    assert sites_kept(border_probability(np.array([1e-3, 2.0, 1.0])), 1.0).tolist() == [0]
+    assert sites_kept(border_probability(np.array([0.0, 2.0, np.inf])), 1.0).tolist() == [0]
 
 
 def test_the_cost_is_that_of_the_formula_entry_by_entry():

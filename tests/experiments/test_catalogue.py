@@ -1,0 +1,56 @@
+"""Every table and figure of the paper is known by its number."""
+
+import pytest
+from typer.testing import CliRunner
+
+from farm_ar.cli import app
+from farm_ar.errors import OptionError
+from farm_ar.experiments import EXPERIMENTS, setting_of
+from farm_ar.experiments.catalogue import ELSEWHERE, NOT_GIVEN, SHOWN_BY, elsewhere, experiment_of
+
+TABLES, FIGURES = 5, 26
+EVERY = [f"table{n}" for n in range(1, TABLES + 1)] + [f"fig{n}" for n in range(1, FIGURES + 1)]
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_each_has_exactly_one_place(name):
+    places = [name in EXPERIMENTS, name in SHOWN_BY, name in ELSEWHERE, name in NOT_GIVEN]
+    assert sum(places) == 1
+    assert SHOWN_BY.get(name, "table1") in EXPERIMENTS
+
+
+@pytest.mark.parametrize(
+    ("written", "name"),
+    [
+        ("Fig. 8", "table3"),
+        ("figure 5", "fig5"),
+        ("Table 2", "table2"),
+        ("fig7c", "fig7"),
+        ("headroom", "headroom"),
+        ("all", "all"),
+    ],
+)
+def test_numbers_may_be_written_as_in_the_paper(written, name):
+    assert experiment_of(written) == name
+
+
+@pytest.mark.parametrize("name", sorted(NOT_GIVEN))
+def test_what_cannot_be_given_is_refused_with_the_reason(name, tmp_path):
+    with pytest.raises(OptionError, match="cannot be reproduced"):
+        setting_of(name)
+    answer = CliRunner().invoke(app, ["reproduce", name, "--out", str(tmp_path / "out")])
+    assert (answer.exit_code, answer.stderr.count("\n")) == (2, 1)
+    assert NOT_GIVEN[name] in answer.stderr
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("name", sorted(ELSEWHERE))
+def test_what_another_command_gives_is_named_with_it(name, tmp_path):
+    answer = CliRunner().invoke(app, ["reproduce", name, "--out", str(tmp_path / "out")])
+    assert answer.exit_code == 0
+    assert answer.stdout.strip() == elsewhere(name)
+    assert not (tmp_path / "out").exists()
+    command = elsewhere(name).rpartition(": farm-ar ")[2].split()
+    assert CliRunner().invoke(app, [command[0], "--help"]).exit_code == 0
+    with pytest.raises(OptionError, match="must be an experiment"):
+        setting_of(name)

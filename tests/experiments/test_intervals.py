@@ -1,0 +1,42 @@
+"""Intervals by resampling layouts."""
+
+import numpy as np
+import pytest
+
+from farm_ar.experiments.intervals import difference_of, interval_of
+
+
+def test_the_mean_is_over_all_snapshots_and_missing_ones_do_not_count(rng):
+    values = np.array([[1.0, 0.0, np.nan], [0.5, np.nan, np.nan]])
+    assert interval_of(values, rng).mean == pytest.approx(0.5)
+    assert interval_of(np.array([0.2, np.nan, 0.4]), rng).mean == pytest.approx(0.3)
+
+
+def test_one_layout_has_a_mean_without_an_interval(rng):
+    found = interval_of(np.array([[0.5, 1.0]]), rng)
+    assert found.mean == 0.75
+    assert np.isnan([found.low, found.high]).all()
+    assert (found.ends, found.signed) == ("", "+0.750")
+
+
+def test_snapshots_of_a_layout_are_drawn_together(rng):
+    """A thousand equal snapshots of each of 30 layouts say no more than one each."""
+    each = rng.normal(0.8, 0.05, 30)
+    once, often = interval_of(each, rng), interval_of(np.repeat(each[:, None], 1000, axis=1), rng)
+    assert (often.low, often.high) == pytest.approx((once.low, once.high), abs=0.003)
+    half = 1.96 * each.std(ddof=1) / np.sqrt(30)
+    assert once.high - once.low == pytest.approx(2 * half, rel=0.15)
+
+
+def test_about_95_of_100_intervals_hold_the_true_mean(rng):
+    found = [interval_of(rng.normal(0.3, 0.1, (40, 1)), rng) for _ in range(200)]
+    inside = sum(one.low <= 0.3 <= one.high for one in found)
+    assert 178 <= inside <= 199
+
+
+def test_a_difference_is_paired(rng):
+    """What the two share, however varied, does not widen the interval."""
+    shared = rng.normal(0.5, 0.3, (25, 8))
+    found = difference_of(shared + 0.1, shared, rng)
+    assert (found.mean, found.low, found.high) == pytest.approx((0.1, 0.1, 0.1))
+    assert found.signed == "+0.100 (+0.100 to +0.100)"
