@@ -100,7 +100,7 @@ $(VENV)/core.stamp: $(VENV)/made.stamp pyproject.toml constraints.txt
 
 $(VENV)/dev.stamp: $(VENV)/core.stamp
 	$(HEADLINE) "Installing what the checks need, learners among it (once; some minutes)"
-	@$(INSTALL) --no-build-isolation --editable '.[dev,train]'
+	@$(INSTALL) --no-build-isolation --editable '.[dev,train,service]'
 	@touch $@
 
 # Only what has changed since the last time is compiled.
@@ -119,7 +119,7 @@ $(OLDEST)/stamp: pyproject.toml constraints.txt
 	@$(PYTHON) -m venv $(OLDEST)
 	@grep -v '^gymnasium==' constraints.txt >$(OLDEST)/constraints.txt
 	@$(OLDEST)/bin/python -m pip install --quiet --disable-pip-version-check \
-	    --constraint $(OLDEST)/constraints.txt gymnasium==$(OLDEST_GYMNASIUM) --editable '.[dev,train]'
+	    --constraint $(OLDEST)/constraints.txt gymnasium==$(OLDEST_GYMNASIUM) --editable '.[dev,train,service]'
 	@touch $@
 
 $(WHEELHOUSE)/stamp: $(VENV)/core.stamp

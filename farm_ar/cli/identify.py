@@ -109,7 +109,8 @@ def identify(
     Options marked (*) belong to the method spatial, which is used where no other is named with them, and for
     very many objects.
     """
-    from farm_ar.cli.inputs import MOST_PAIRS, Choices, make_rule, read_scene, read_snapshot, refuse
+    from farm_ar.cli.inputs import Choices, make_rule, read_scene, read_snapshot, refuse
+    from farm_ar.reid.registry import MOST_PAIRS
 
     known = read_scene(scene, room)
     by_default = reid is None

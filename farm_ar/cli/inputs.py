@@ -30,6 +30,7 @@ from farm_ar.reid import (
     load_reid,
 )
 from farm_ar.reid.plausibility import set_aside, some
+from farm_ar.reid.registry import MOST_PAIRS
 from farm_ar.scenes import (
     BUILTIN,
     Camera,
@@ -174,10 +175,6 @@ def _is_csv(field: str, path: str | Path) -> bool:
     if suffix not in (".json", ".csv"):
         raise OptionError(field, "must be a .json or .csv file", str(path))
     return suffix == ".csv"
-
-
-MOST_PAIRS = {"likelihood": 1_000_000, "relational": 40_000, "adaptive": 200_000}
-"""Labels times detections that a re-identifier is asked about; about a gigabyte."""
 
 
 class Choices(NamedTuple):

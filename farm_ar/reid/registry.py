@@ -36,6 +36,10 @@ REIDENTIFIERS: dict[str, ReidFactory] = {
 """Makes each re-identifier for a scene, with its default options."""
 
 
+MOST_PAIRS = {"likelihood": 1_000_000, "relational": 40_000, "adaptive": 200_000}
+"""Labels times detections that a re-identifier is asked about by commands and the service; a gigabyte."""
+
+
 def reid_factory(reid: Any, field: str = "reid") -> ReidFactory:
     """What makes a re-identifier: the one of a name, or the function from a `Scene` that is given itself.
 

@@ -126,6 +126,20 @@ def track(reid: Reidentifier, snapshots: Sequence[Snapshot]) -> Tracking:
     )
 
 
+def objects_of(snapshots: Sequence[Snapshot]) -> tuple[Detections, tuple[IntArray, ...]]:
+    """The objects that several snapshots show, each once, and which object each detection is of.
+
+    Args:
+        snapshots: at least one, in any order, between which nothing moved.
+    """
+    if len(snapshots) == 1:
+        return snapshots[0].detections, (np.arange(len(snapshots[0].detections)),)
+    found = _associated(snapshots)
+    count = np.array([len(one.detections) for one in snapshots])
+    objects, _ = _fused(snapshots, found.object_of)
+    return objects, tuple(np.split(found.object_of, np.cumsum(count)[:-1]))
+
+
 def _alone(answer: Identification, snapshot: Snapshot) -> Tracking:
     """What one snapshot says: how exact its poses are cannot be told."""
     n = len(snapshot.detections)

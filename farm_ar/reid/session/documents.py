@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import json
-import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from farm_ar.arrays import POSITION, SHARE, Limits
@@ -38,7 +35,7 @@ from farm_ar.scenes.documents import (
     Whole,
     radians,
 )
-from farm_ar.scenes.files import degrees, read_json, write_text
+from farm_ar.scenes.files import degrees
 from farm_ar.scenes.json_files import SCENE, SNAPSHOT
 
 VERSION = 1
@@ -154,26 +151,24 @@ class Recorded:
     events: tuple[Event, ...]
 
 
-def save_recorded(recorded: Recorded, path: str | os.PathLike[str]) -> None:
-    """Write a session's file, whole or not at all."""
-    data = {
+def recorded_to_dict(recorded: Recorded) -> dict[str, Any]:
+    """The contents of a session's file."""
+    return {
         "version": VERSION,
         "scene": scene_to_dict(recorded.scene),
         "reid": recorded.reid,
         "switch_rate": recorded.switch_rate,
         "events": [_event_to_dict(event) for event in recorded.events],
     }
-    write_text(path, json.dumps(data, allow_nan=False) + "\n")
 
 
-def load_recorded(path: str | os.PathLike[str]) -> Recorded:
-    """Read a session's file.
+def recorded_from_dict(data: object, source: str | None = None) -> Recorded:
+    """Read the contents of a session's file.
 
     Raises:
-        SessionError: it cannot be read, or a value in it cannot be used; names the file and the field.
+        SessionError: a value in it cannot be used; names the file and the field.
     """
-    source = Path(path).name
-    values = SESSION.read(read_json(path, SessionError), source)
+    values = SESSION.read(data, source)
     try:
         scene = scene_from_dict(values["scene"], default_name="scene")
     except InputError as problem:
@@ -187,12 +182,12 @@ def canonical(snapshot: Snapshot) -> Snapshot:
     return snapshot_from_dict(snapshot_to_dict(snapshot))
 
 
-def _inside(place: str, problem: InputError, source: str) -> SessionError:
+def _inside(place: str, problem: InputError, source: str | None) -> SessionError:
     """An error of a part of the file as one of the file."""
     return SessionError(f"{place}.{problem.field}", problem.expected, problem.got, source)
 
 
-def _read_events(values: Iterable[Mapping[str, Any]], source: str) -> Iterable[Event]:
+def _read_events(values: Iterable[Mapping[str, Any]], source: str | None) -> Iterable[Event]:
     for i, one in enumerate(values):
         try:
             yield _event_from_dict(one)

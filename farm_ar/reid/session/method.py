@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +20,7 @@ from farm_ar.reid.alignment.method import CERTAIN
 from farm_ar.reid.base import Identification, Reidentifier
 from farm_ar.reid.checked import identify, usable
 from farm_ar.reid.registry import REIDENTIFIERS, ReidFactory, reid_factory
-from farm_ar.reid.session.documents import Recorded, canonical, load_recorded, save_recorded
+from farm_ar.reid.session.documents import Recorded, canonical, recorded_from_dict, recorded_to_dict
 from farm_ar.reid.session.state import (
     Aligned,
     Committed,
@@ -34,9 +37,9 @@ from farm_ar.reid.session.state import (
     open_look,
 )
 from farm_ar.reid.session.tracks import Track, going_on, hints, with_tracks
-from farm_ar.scenes import Detections, Scene, Snapshot, scene_from_dict, scene_to_dict
+from farm_ar.scenes import Camera, Detections, Scene, Snapshot, scene_from_dict, scene_to_dict
 from farm_ar.scenes.documents import radians
-from farm_ar.scenes.files import degrees
+from farm_ar.scenes.files import degrees, read_json, write_text
 
 
 class Session:
@@ -108,8 +111,12 @@ class Session:
             self._add(Aligned(x, z, radians(degrees(start.turn))))
         return found
 
-    def identify(self, snapshot: Snapshot) -> Identification:
+    def identify(self, snapshot: Snapshot, cameras: Sequence[Camera] = ()) -> Identification:
         """The label of each detection of a snapshot, in the light of all that is known.
+
+        Args:
+            snapshot: in the frame of the session.
+            cameras: all of them, where the detections are objects that several saw (`fusion.objects_of`).
 
         Raises:
             SnapshotError: the method refuses the snapshot.
@@ -122,7 +129,10 @@ class Session:
             spacing = spacing_of(layout.position, layout.size)
             going = going_on(state.look.snapshot.detections, state.look.tracks, seen, spacing)
         if len(layout):
-            answer = identify(self.scene, snapshot, self._reid)
+            rule = self._reid
+            if cameras:
+                rule = _Fused(rule, [in_map(state, replace(came, camera=one)).camera for one in cameras])
+            answer = identify(self.scene, snapshot, rule)
             if isinstance(self._reid, AdaptiveReid) and any(track.held for track in going.values()):
                 hinted = _Hinted(self._reid, hints(layout.labels, seen, going))
                 given = identify(self.scene, snapshot, hinted)
@@ -208,7 +218,7 @@ class Session:
 
         A method of one's own is not written: `load` is given it again.
         """
-        save_recorded(Recorded(self._begin.scene, self._name, self._switch_rate, self._events), path)
+        write_text(path, json.dumps(self.to_dict(), allow_nan=False) + "\n")
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], reid: str | ReidFactory | None = None) -> Session:
@@ -221,8 +231,27 @@ class Session:
         Raises:
             SessionError: the file cannot be used, or names no method and none is given.
         """
-        source = os.fspath(path)
-        recorded = load_recorded(path)
+        return cls.from_dict(read_json(path, SessionError), reid, Path(path).name)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The contents of the session's file."""
+        return recorded_to_dict(Recorded(self._begin.scene, self._name, self._switch_rate, self._events))
+
+    @classmethod
+    def from_dict(
+        cls, data: object, reid: str | ReidFactory | None = None, source: str | None = None
+    ) -> Session:
+        """A session from the contents of its file.
+
+        Args:
+            data: the parsed JSON.
+            reid: another method than the one in it.
+            source: name of the file, for errors.
+
+        Raises:
+            SessionError: as `load`.
+        """
+        recorded = recorded_from_dict(data, source)
         if reid is None and recorded.reid not in REIDENTIFIERS:
             expected = f"must be one of {', '.join(sorted(REIDENTIFIERS))}, where no method is given"
             raise SessionError("reid", expected, recorded.reid, source)
@@ -271,6 +300,16 @@ class Session:
         self._events = _without_idle_looks((*self._events, event))
         if not isinstance(event, Looked):
             self.__dict__.pop("_reid", None)
+
+
+class _Fused(Reidentifier):
+    """A method that is asked about objects seen from several cameras."""
+
+    def __init__(self, reid: Reidentifier, cameras: Sequence[Camera]) -> None:
+        self.scene, self._reid, self._cameras = reid.scene, reid, cameras
+
+    def identify(self, snapshot: Snapshot) -> Identification:
+        return self._reid.identify_objects(snapshot.detections, self._cameras)
 
 
 class _Hinted(Reidentifier):

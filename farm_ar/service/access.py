@@ -1,0 +1,61 @@
+"""Who may ask: the token, and pages of other origins."""
+
+from __future__ import annotations
+
+import hmac
+import secrets
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from urllib.parse import urlsplit
+
+from farm_ar.service.refusals import NO_TOKEN, RefusedError
+
+FORBIDDEN = 403
+
+LOOPBACK = ("127.0.0.1", "localhost", "::1")
+
+
+def new_token() -> str:
+    """A token that nobody guesses."""
+    return secrets.token_urlsafe(24)
+
+
+@dataclass(frozen=True)
+class Access:
+    """Who may ask.
+
+    Args:
+        token: that each request must have; None for no token, on loopback only.
+        origins: of pages that may ask, beside the service's own.
+    """
+
+    token: str | None = None
+    origins: Collection[str] = ()
+
+    def check(self, headers: Mapping[str, str], query: Mapping[str, str]) -> None:
+        """See that a request may be answered.
+
+        A page of another origin may not ask, even on loopback, nor may one that took the service's address
+        for its own name's.
+
+        Args:
+            headers: of the request, names in small letters.
+            query: where a token may be, too, since browsers give WebSockets no headers.
+
+        Raises:
+            RefusedError: it may not.
+        """
+        origin, host = headers.get("origin"), headers.get("host", "")
+        if origin is not None and origin not in self.origins and urlsplit(origin).netloc != host:
+            raise RefusedError(FORBIDDEN, "Origin", "must be the service's own, or named by --cors", origin)
+        if self.token is None:
+            if urlsplit(f"//{host}").hostname not in LOOPBACK:
+                raise RefusedError(FORBIDDEN, "Host", f"must be one of {', '.join(LOOPBACK)}", host)
+            return
+        kind, _, given = headers.get("authorization", "").partition(" ")
+        if kind.lower() != "bearer":
+            given = query.get("token", "")
+        if not hmac.compare_digest(given.encode(), self.token.encode()):
+            raise RefusedError(
+                NO_TOKEN, "Authorization", "must be Bearer and the token that was printed", "another"
+            )

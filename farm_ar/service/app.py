@@ -1,0 +1,229 @@
+"""The service on HTTP: a FastAPI application of the sessions, their listeners, and a page to look at them."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager
+from importlib.resources import files
+
+from farm_ar import __version__
+from farm_ar.errors import InputError, OptionError
+from farm_ar.scenes import WORLD_FRAMES
+from farm_ar.service.access import Access
+from farm_ar.service.refusals import (
+    BUSY,
+    TOO_LARGE,
+    TOO_MANY,
+    TOO_SLOW,
+    WRONG,
+    RefusedError,
+    missing_package,
+    values_of,
+)
+from farm_ar.service.schemas import REFUSED, bodies, path_of, replies
+from farm_ar.service.service import Answer, Service
+from farm_ar.service.traffic import Traffic
+
+try:
+    from fastapi import FastAPI, Request, Response, WebSocket, WebSocketDisconnect
+    from fastapi.middleware.cors import CORSMiddleware
+except ImportError:
+    raise missing_package("fastapi") from None
+
+TITLE = "farm-ar: which of these identical objects is which"
+
+POLICY = "default-src 'self' 'unsafe-inline'; img-src 'self' data:; connect-src 'self' ws: wss:"
+"""What the pages may load: nothing from elsewhere."""
+
+WORKERS = 4
+"""Threads that identify."""
+
+SLOW_LISTENER = 1013
+"""Why a WebSocket is closed whose messages are not fetched: come again."""
+
+Handler = Callable[[Request], Awaitable[Answer]]
+
+
+def make_app(service: Service, access: Access | None = None, workers: int = WORKERS) -> FastAPI:
+    """The application of a service.
+
+    Args:
+        service: whose sessions are served.
+        access: who may ask; on loopback anyone by default.
+        workers: threads that identify.
+    """
+    allowed = access or Access()
+    traffic = Traffic(service, service.limits, workers)
+
+    @asynccontextmanager
+    async def life(app: FastAPI) -> AsyncIterator[None]:
+        yield
+        traffic.close()
+        service.store.close()
+
+    app = FastAPI(
+        title=TITLE,
+        version=__version__,
+        docs_url=None,
+        redoc_url=None,
+        lifespan=life,
+        separate_input_output_schemas=False,
+    )
+    app.state.traffic, app.state.access = traffic, allowed
+    if allowed.origins:
+        app.add_middleware(
+            CORSMiddleware,
+            allow_origins=list(allowed.origins),
+            allow_methods=["GET", "PUT", "POST", "DELETE"],
+            allow_headers=["Authorization", "Content-Type"],
+        )
+    _add_pages(app)
+    _add_sessions(app, traffic, allowed)
+    _add_listening(app, traffic, allowed)
+    return app
+
+
+def _add_pages(app: FastAPI) -> None:
+    pages = files("farm_ar.service") / "pages"
+
+    @app.get("/healthz", summary="Whether the service is there", tags=["service"])
+    async def healthz() -> dict[str, str]:
+        return {"status": "ok", "version": __version__}
+
+    def shown(name: str, title: str) -> Callable[[], Awaitable[Response]]:
+        async def page() -> Response:
+            return Response(
+                (pages / name).read_bytes(),
+                media_type="text/html",
+                headers={"Content-Security-Policy": POLICY},
+            )
+
+        page.__doc__ = title
+        return page
+
+    app.get("/", include_in_schema=False)(shown("debug.html", "The page to look at sessions."))
+    app.get("/docs", include_in_schema=False)(shown("api.html", "The requests, from the OpenAPI schema."))
+
+
+def _add_sessions(app: FastAPI, traffic: Traffic, access: Access) -> None:
+    limits = traffic.limits
+
+    def guarded(handler: Handler) -> Callable[[Request], Awaitable[Response]]:
+        """A route that checks who asks, and answers refusals."""
+
+        async def route(request: Request) -> Response:
+            try:
+                access.check(request.headers, request.query_params)
+                answer = await handler(request)
+            except InputError as problem:
+                answer = Answer(getattr(problem, "status", WRONG), json.dumps(values_of(problem)).encode())
+            again = {"Retry-After": "1"} if answer.status in (TOO_MANY, BUSY) else {}
+            ended = {"Connection": "close"} if answer.status in (TOO_LARGE, TOO_SLOW) else {}
+            return Response(answer.body, answer.status, {**again, **ended}, "application/json")
+
+        return route
+
+    def asking(action: str) -> Handler:
+        async def ask(request: Request) -> Answer:
+            body = b"" if action == "delete" else await body_of(request, limits.most_bytes, limits.body_s)
+            return await traffic.ask(request.path_params["name"], action, body)
+
+        return ask
+
+    async def state(request: Request) -> Answer:
+        return await traffic.state(
+            request.path_params["name"], _frame(request.query_params.get("frame", "unity"))
+        )
+
+    async def sessions(request: Request) -> Answer:
+        return Answer(200, json.dumps({"sessions": traffic.service.names}).encode())
+
+    def add(method: str, path: str, handler: Handler, name: str) -> None:
+        app.add_api_route(
+            path,
+            guarded(handler),
+            methods=[method],
+            name=name,
+            operation_id=name,
+            summary=path_of(name)["summary"],
+            description=path_of(name)["description"],
+            tags=["sessions"],
+            response_class=Response,
+            status_code=201 if name == "layout" else 200,
+            responses={**replies(name), **REFUSED},
+            openapi_extra=bodies(name),
+        )
+
+    one = "/v1/sessions/{name}"
+    add("GET", "/v1/sessions", sessions, "sessions")
+    add("PUT", f"{one}/layout", asking("layout"), "layout")
+    for action in ("snapshots", "align", "confirm", "undo"):
+        add("POST", f"{one}/{action}", asking(action), action)
+    add("GET", f"{one}/state", state, "state")
+    add("DELETE", one, asking("delete"), "delete")
+
+
+def _add_listening(app: FastAPI, traffic: Traffic, access: Access) -> None:
+    @app.websocket("/v1/sessions/{name}/events")
+    async def events(socket: WebSocket, name: str) -> None:
+        try:
+            access.check(socket.headers, socket.query_params)
+            listener = await traffic.listen(name, _frame(socket.query_params.get("frame", "unity")))
+        except InputError as problem:
+            await socket.close(1008, str(problem)[:120])
+            return
+        await socket.accept()
+        gone = asyncio.ensure_future(_until_gone(socket))
+        try:
+            while True:
+                waiting = asyncio.ensure_future(listener.events.get())
+                await asyncio.wait({waiting, gone}, return_when=asyncio.FIRST_COMPLETED)
+                if gone.done():
+                    waiting.cancel()
+                    return
+                message = waiting.result()
+                if message is None:
+                    await socket.close(SLOW_LISTENER)
+                    return
+                await socket.send_text(message)
+        except (WebSocketDisconnect, RuntimeError):
+            return
+        finally:
+            gone.cancel()
+            traffic.leave(name, listener)
+
+
+async def _until_gone(socket: WebSocket) -> None:
+    """Returns when the other side has gone; what it sends is not read."""
+    while (await socket.receive())["type"] != "websocket.disconnect":
+        pass
+
+
+async def body_of(request: Request, most: int, seconds: float) -> bytes:
+    """The body of a request.
+
+    Raises:
+        RefusedError: it is too large, or does not arrive in time, or only half of it does.
+    """
+    length = request.headers.get("content-length", "")
+    if length.isascii() and length.isdigit() and int(length) > most:
+        raise RefusedError(TOO_LARGE, "body", f"must be at most {most} bytes", int(length))
+    parts, size = [], 0
+    try:
+        async with asyncio.timeout(seconds):
+            async for part in request.stream():
+                size += len(part)
+                if size > most:
+                    raise RefusedError(TOO_LARGE, "body", f"must be at most {most} bytes", "more")
+                parts.append(part)
+    except TimeoutError:
+        raise RefusedError(TOO_SLOW, "body", f"must arrive within {seconds:g} s", f"{size} bytes") from None
+    return b"".join(parts)
+
+
+def _frame(name: str) -> str:
+    if name not in WORLD_FRAMES:
+        raise OptionError("frame", f"must be one of {', '.join(WORLD_FRAMES)}", name)
+    return name

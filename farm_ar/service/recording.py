@@ -1,0 +1,120 @@
+"""Recordings: what was asked of a session and answered, a JSON line each, which can be played again."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from farm_ar.errors import OptionError, SessionError
+from farm_ar.scenes.files import json_in
+
+if TYPE_CHECKING:
+    from farm_ar.service.served import Served
+    from farm_ar.service.service import Answer
+
+TIMED = "solve_ms"
+"""The field of an answer that differs between two runs."""
+
+SUFFIX = ".jsonl"
+
+
+class Recorder:
+    """Keeps what was asked of each session, and answered, in a file of its own.
+
+    Args:
+        folder: where; it is made.
+    """
+
+    def __init__(self, folder: str | os.PathLike[str]) -> None:
+        self._folder = Path(folder)
+        self._begun: set[str] = set()
+        self._folder.mkdir(parents=True, exist_ok=True)
+
+    def add(self, name: str, before: Served | None, action: str, body: bytes, answer: Answer) -> None:
+        """Add a request; before the first one of a session, the session as it was."""
+        lines = list[dict[str, Any]]()
+        if name not in self._begun:
+            self._begun.add(name)
+            lines.append({"session": name, "began": None if before is None else before.row()})
+        text = body.decode("utf-8", "surrogateescape")
+        said = answer.body.decode("utf-8")
+        lines.append({"action": action, "body": text, "status": answer.status, "answer": said})
+        path = self._folder / f"{safe(name)}{SUFFIX}"
+        with path.open("a", encoding="utf-8", newline="\n") as file:
+            file.writelines(json.dumps(line) + "\n" for line in lines)
+
+
+class Played(NamedTuple):
+    """A request that was played again: of which session, its number there, and what differs, if anything."""
+
+    session: str
+    number: int
+    action: str
+    difference: str | None
+
+
+def replay(folder: str | os.PathLike[str]) -> Iterator[Played]:
+    """Play the recordings in a folder again, and compare each answer with what was answered then.
+
+    All but the times must be the same, byte for byte.
+
+    Raises:
+        OptionError: there are none.
+        SessionError: a line is not one of a recording.
+    """
+    from farm_ar.service.service import Answer, Service
+    from farm_ar.service.store import Store
+
+    files = sorted(Path(folder).glob(f"*{SUFFIX}"))
+    if not files:
+        raise OptionError("folder", "must be one that serve --record has written", str(folder))
+    for path in files:
+        service, name, number = Service(Store(None)), "", 0
+        for k, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+            entry = _entry(line, f"{path.name}: line {k}")
+            if "session" in entry:  # a recording that goes on where the service was started anew
+                service, name, number = Service(Store(None)), entry["session"], 0
+                if entry["began"] is not None:
+                    service.store.write(name, entry["began"])
+                    service = Service(service.store)
+                continue
+            number += 1
+            then = Answer(entry["status"], entry["answer"].encode())
+            now = service.call(name, entry["action"], entry["body"].encode("utf-8", "surrogateescape"))
+            yield Played(name, number, entry["action"], _difference(then, now))
+
+
+def safe(name: str) -> str:
+    """A session's name as a file's: what no session may be called is left out."""
+    from farm_ar.service.wire import SESSION_NAME
+
+    return name if SESSION_NAME.fullmatch(name) else "refused"
+
+
+def _entry(line: str, where: str) -> dict[str, Any]:
+    try:
+        entry = json_in(line)
+        right = {"session", "began"} == set(entry) or {"action", "body", "status", "answer"} == set(entry)
+    except (ValueError, TypeError):
+        right = False
+    if not right:
+        raise SessionError("line", "must be one of a recording", line[:60], where)
+    return dict(entry)
+
+
+def _difference(then: Answer, now: Answer) -> str | None:
+    if then.status != now.status:
+        return f"status {then.status}, now {now.status}"
+    if then.body == now.body:
+        return None
+    before, after = (json.loads(one.body) for one in (then, now))
+    for one in (before, after):
+        one.pop(TIMED, None)
+    texts = [json.dumps(one) for one in (before, after)]
+    if texts[0] == texts[1]:
+        return None
+    at = next(i for i, (a, b) in enumerate(zip(*texts, strict=False)) if a != b)
+    return f"...{texts[0][max(at - 40, 0) : at + 40]}..., now ...{texts[1][max(at - 40, 0) : at + 40]}..."

@@ -1,0 +1,157 @@
+"""The OpenAPI description: what each request is for, what it takes, and what it is answered."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from farm_ar.scenes import WORLD_FRAMES
+from farm_ar.service.wire import CONFIRM, SESSION_NAME, UNDO, align_schema, layout_schema, snapshot_schema
+
+Values = dict[str, Any]
+
+_WORDS = {
+    "sessions": ("The sessions", "Their names."),
+    "layout": (
+        "Begin a session with a layout",
+        "Fields of a scene file, and the method. A session that exists is replaced if its revision is given.",
+    ),
+    "snapshots": (
+        "Identify what was seen",
+        "Fields of a snapshot file; or `snapshots`, several of them between which nothing moved.",
+    ),
+    "align": (
+        "Find the frame of the snapshots",
+        "From what stands where it stood, or from an anchor: one pose that is known in both frames.",
+    ),
+    "confirm": ("Confirm the labels of the last snapshot", "With corrections; it becomes the layout."),
+    "undo": ("Take back the last decision", "An alignment or a confirmation; again for the one before."),
+    "state": ("All that is known", "The layout, what is lost, the last answer, and what was decided."),
+    "delete": ("Forget a session", "And all that was stored of it."),
+}
+
+
+def path_of(name: str) -> dict[str, str]:
+    """Summary and description of a request."""
+    summary, description = _WORDS[name]
+    return {"summary": summary, "description": description}
+
+
+def bodies(name: str) -> Values:
+    """What FastAPI does not know of a request: its parameters and its body."""
+    extra: Values = {"parameters": []}
+    if name != "sessions":
+        pattern = f"^{SESSION_NAME.pattern}$"
+        schema: Values = {"type": "string", "pattern": pattern}
+        extra["parameters"].append({"name": "name", "in": "path", "required": True, "schema": schema})
+    if name == "state":
+        schema = {"enum": list(WORLD_FRAMES), "default": "unity"}
+        extra["parameters"].append({"name": "frame", "in": "query", "schema": schema})
+    taken = {
+        "layout": layout_schema,
+        "snapshots": snapshot_schema,
+        "align": align_schema,
+        "confirm": CONFIRM.top.schema,
+        "undo": UNDO.top.schema,
+    }
+    if name in taken:
+        content = {"application/json": {"schema": taken[name]()}}
+        extra["requestBody"] = {"required": True, "content": content}
+    return extra
+
+
+def _object(**properties: Values) -> Values:
+    return {"type": "object", "required": list(properties), "properties": properties}
+
+
+def _or_null(kind: Values) -> Values:
+    return {"anyOf": [{"type": "null"}, kind]}
+
+
+def _list(kind: Values) -> Values:
+    return {"type": "array", "items": kind}
+
+
+_TEXT: Values = {"type": "string"}
+_NUMBER: Values = {"type": "number"}
+_WHOLE: Values = {"type": "integer"}
+_FLAG: Values = {"type": "boolean"}
+_POINT = _object(x=_NUMBER, y=_NUMBER, z=_NUMBER)
+_TURN = _object(x=_NUMBER, y=_NUMBER, z=_NUMBER, w=_NUMBER)
+_POSE = _object(position=_POINT, orientation=_or_null(_TURN))
+_HEADER = _object(stamp=_or_null(_NUMBER), frame_id={"enum": list(WORLD_FRAMES)})
+_HEAD = {"header": _HEADER, "session": _TEXT, "revision": _WHOLE}
+_DETECTION = _object(
+    detection=_TEXT,
+    track_id=_or_null(_TEXT),
+    id=_or_null(_TEXT),
+    reason=_or_null(_TEXT),
+    confidence=_or_null(_NUMBER),
+    margin=_or_null(_NUMBER),
+    cost=_or_null(_NUMBER),
+    alternatives=_list(_object(id=_or_null(_TEXT), confidence=_or_null(_NUMBER))),
+)
+_REPLIES: dict[str, Values] = {
+    "sessions": _object(sessions=_list(_TEXT)),
+    "layout": _object(
+        session=_TEXT, revision=_WHOLE, method=_TEXT, options={"type": "object"}, objects=_WHOLE
+    ),
+    "snapshots": _object(
+        **_HEAD,
+        snapshot=_TEXT,
+        detections=_list(_DETECTION),
+        missing=_list(_TEXT),
+        new=_list(_TEXT),
+        warnings=_list(_TEXT),
+        solve_ms=_NUMBER,
+    ),
+    "align": _object(
+        **_HEAD,
+        aligned=_FLAG,
+        confidence=_NUMBER,
+        ambiguous=_FLAG,
+        reason=_or_null(_TEXT),
+        origin=_or_null(_POSE),
+    ),
+    "confirm": _object(**_HEAD, lost=_list(_TEXT)),
+    "undo": _object(**_HEAD, undone={"type": "object"}, lost=_list(_TEXT)),
+    "state": _object(
+        **_HEAD,
+        method=_TEXT,
+        options={"type": "object"},
+        objects=_list({"type": "object"}),
+        bounds=_or_null(_list(_POINT)),
+        origin=_or_null(_POSE),
+        lost=_list(_TEXT),
+        snapshot=_or_null(_TEXT),
+        last=_or_null({"type": "object"}),
+        view=_or_null({"type": "object"}),
+        history=_list({"type": "object"}),
+    ),
+    "delete": _object(session=_TEXT, deleted=_FLAG),
+}
+_ERROR = _object(error=_object(field=_TEXT, expected=_TEXT, got=_TEXT, message=_TEXT))
+
+REFUSED: dict[int | str, Values] = {
+    status: {"description": words, "content": {"application/json": {"schema": _ERROR}}}
+    for status, words in {
+        400: "The body is not JSON",
+        401: "The token is missing or wrong",
+        403: "A page of another origin may not ask",
+        404: "There is no such session",
+        408: "The body did not arrive in time",
+        409: "It was decided on an older state: get the state, and decide again",
+        413: "Too large, or too many",
+        422: "A value cannot be used: `field` says which, `expected` what would be right",
+        429: "Too many at once: come again",
+        503: "Not answered in time: come again",
+        507: "The disk is full; nothing was changed",
+    }.items()
+}
+"""Answers of requests that are refused, which any may be."""
+
+
+def replies(name: str) -> dict[int | str, Values]:
+    """The answers of a request that is not refused."""
+    content = {"application/json": {"schema": _REPLIES[name]}}
+    done: dict[int | str, Values] = {200: {"description": "Done", "content": content}}
+    return done | ({201: {"description": "Begun", "content": content}} if name == "layout" else {})

@@ -1,0 +1,394 @@
+"""One session of the service: what each request does to it, and what it is answered."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from copy import copy
+from dataclasses import dataclass, field, replace
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from farm_ar.errors import SessionError
+from farm_ar.reid import Identification
+from farm_ar.reid.fusion import objects_of
+from farm_ar.reid.session import Session
+from farm_ar.scenes import Detections, Snapshot, visible
+from farm_ar.scenes.files import degrees, json_values
+from farm_ar.service.limits import ServiceLimits
+from farm_ar.service.methods import check_size, method_of
+from farm_ar.service.refusals import STALE, RefusedError
+from farm_ar.service.wire import (
+    CONFIRM,
+    UNDO,
+    LayoutBody,
+    SnapshotBody,
+    pose_in,
+    read_align,
+    read_snapshots,
+)
+
+ALTERNATIVES, LEAST_ALTERNATIVE = 3, 1e-3
+"""How many other labels of a detection are named, and how probable each must be."""
+
+BROKEN = "its pose is broken: it is not a number within limits"
+
+Values = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Served:
+    """A session as the service keeps it. What a request changes is changed in a copy.
+
+    Args:
+        name: of the session.
+        session: of `farm_ar.reid`.
+        method: its name.
+        options: of the method.
+        revision: how often anything was decided; never less than before.
+        history: what was decided and not undone: `did`, `revision`, `events`, and what it was about.
+        looked: name of the last snapshot; of the revision, before the first one.
+        seen: the answer to the last snapshot; None before the first.
+        present: what was identified in it, by label, for listeners.
+    """
+
+    name: str
+    session: Session
+    method: str
+    options: Mapping[str, Any]
+    revision: int = 1
+    history: tuple[Values, ...] = ()
+    looked: str = ""
+    seen: Values | None = None
+    present: Mapping[str, Values] = field(default_factory=dict)
+
+    @classmethod
+    def begin(cls, name: str, body: LayoutBody, revision: int) -> Served:
+        """A session that begins with a layout."""
+        make, options = method_of(body.method, body.options)
+        check_size(body.method, len(body.scene.layout), 1)
+        if len(body.scene.layout):
+            make(body.scene)  # what it refuses, it refuses now
+        return cls(name, Session(body.scene, make, body.switch_rate), body.method, options, revision)
+
+    @classmethod
+    def from_row(cls, name: str, row: Values) -> Served:
+        """A session as it was stored.
+
+        Raises:
+            InputError: the row is not one of this service.
+        """
+        make, options = method_of(row["method"], row["options"])
+        session = Session.from_dict(row["session"], make)
+        return cls(name, session, row["method"], options, row["revision"], tuple(row["history"]))
+
+    def row(self) -> Values:
+        """What is stored of it."""
+        return {
+            "revision": self.revision,
+            "method": self.method,
+            "options": dict(self.options),
+            "history": list(self.history),
+            "session": self.session.to_dict(),
+        }
+
+    def look(self, data: Values, body: bytes, limits: ServiceLimits) -> tuple[Served, Values]:
+        """Identify one snapshot, or several together; the answer, and the session after it."""
+        begun = perf_counter()
+        asked = read_snapshots(data, limits)
+        snapshot, parts, broken = _together(asked)
+        check_size(self.method, len(self.session.scene.layout), len(snapshot.detections))
+        session = copy(self.session)
+        cameras = [one.camera for one in asked.snapshots] if len(asked.snapshots) > 1 else []
+        found = session.identify(snapshot, cameras)
+        looked = hashlib.sha256((self.looked or str(self.revision)).encode() + body).hexdigest()[:16]
+        reply = self._head(asked.frame, snapshot.timestamp) | {
+            "snapshot": looked,
+            "detections": _answers(snapshot.detections, found),
+            "missing": _missing(session, asked.snapshots, found),
+            "new": _new(snapshot.detections, found),
+            "warnings": [*asked.warnings, *found.warnings],
+        }
+        for one, seen in zip(reply["detections"], parts, strict=False):
+            one["seen"] = seen
+        for place, answer in broken:
+            reply["detections"].insert(place, answer)
+        present = _present(session)
+        reply["solve_ms"] = round((perf_counter() - begun) * 1000, 3)
+        return replace(self, session=session, looked=looked, seen=reply, present=present), reply
+
+    def confirm(self, data: Values) -> tuple[Served, Values]:
+        """Take the labels of the last snapshot for known, with corrections, and commit them."""
+        given = CONFIRM.read(data)
+        self._check(given["revision"])
+        look = self.session.state.look
+        if look is None or given["snapshot"] != self.looked:
+            expected = f"must be the last one, {self.looked or 'none'}"
+            raise RefusedError(STALE, "snapshot", expected, given["snapshot"])
+        if look.confirmed:
+            expected = "must not be confirmed yet: undo that, or send the next"
+            raise RefusedError(STALE, "snapshot", expected, self.looked)
+        session = copy(self.session)
+        before = len(session.events)
+        if given["labels"]:
+            session.correct(given["labels"])
+        session.confirm()
+        if given["commit"]:
+            session.commit()
+        events = len(session.events) - before
+        about = {"labels": given["labels"], "commit": given["commit"]}
+        after = self._decided(session, "confirm", events, about)
+        return after, after._said({"lost": list(session.lost)})
+
+    def undo(self, data: Values) -> tuple[Served, Values]:
+        """Take back the last thing that was decided."""
+        self._check(UNDO.read(data)["revision"])
+        if not self.history:
+            raise SessionError("session", "must have a decision to undo", "none")
+        session, last = copy(self.session), self.history[-1]
+        for _ in range(last["events"]):
+            session.undo()
+        after = replace(
+            self, session=session, revision=self.revision + 1, history=self.history[:-1], looked="", seen=None
+        )
+        return after, after._said({"undone": last, "lost": list(session.lost)})
+
+    def align(self, data: Values, limits: ServiceLimits) -> tuple[Served, Values]:
+        """Find the frame of the snapshots from here on."""
+        asked = read_align(data, limits)
+        self._check(asked.revision)
+        session = copy(self.session)
+        found = session.align(asked.snapshot, asked.anchor)
+        taken = session.state is not self.session.state
+        sure = {
+            "aligned": taken,
+            "confidence": found.confidence,
+            "ambiguous": found.ambiguous,
+            "reason": found.reason or None,
+        }
+        if not taken:
+            return self, self._said(sure | {"origin": None}, asked.frame)
+        after = self._decided(session, "align", 1, {"anchor": asked.anchor is not None})
+        return after, after._said(sure | {"origin": after._origin(asked.frame)}, asked.frame)
+
+    def state(self, frame: str) -> Values:
+        """All that is known, in a frame."""
+        scene = self.session.scene
+        layout = scene.layout
+        objects = [
+            {
+                "id": label,
+                "category": layout.category[j] if layout.names_categories else None,
+                **self._pose(frame, layout.position[j], layout.yaw[j], layout.elevation[j]),
+                "size": _size(layout.size[j]),
+                "fixed": bool(layout.fixed[j]),
+                "lost": label in self.session.lost,
+            }
+            for j, label in enumerate(layout.labels)
+        ]
+        corners = None if scene.bounds is None else scene.bounds.corners
+        outline = (
+            corners
+            if corners is None
+            else [pose_in(frame, corner, 0.0, 0.0)["position"] for corner in corners]
+        )
+        return self._head(frame, None) | {
+            "method": self.method,
+            "options": dict(self.options),
+            "objects": objects,
+            "bounds": outline,
+            "origin": self._origin(frame),
+            "lost": list(self.session.lost),
+            "snapshot": self.looked or None,
+            "last": self.seen,
+            "view": self._view(frame),
+            "history": list(self.history),
+        }
+
+    def tracked(self, frame: str) -> Values:
+        """What was identified in the last snapshot, by label, in a frame; for listeners."""
+        return {label: {**one, **self._pose(frame, *one["pose"])} for label, one in self.present.items()}
+
+    def _check(self, revision: int) -> None:
+        if revision != self.revision:
+            raise RefusedError(STALE, "revision", f"must be the session's, {self.revision}", revision)
+
+    def _decided(self, session: Session, did: str, events: int, about: Values) -> Served:
+        revision = self.revision + 1
+        entry = {"did": did, "revision": revision, "events": events, "snapshot": self.looked or None, **about}
+        return replace(self, session=session, revision=revision, history=(*self.history, entry))
+
+    def _head(self, frame: str, stamp: float | None) -> Values:
+        return {
+            "header": {"stamp": stamp, "frame_id": frame},
+            "session": self.name,
+            "revision": self.revision,
+        }
+
+    def _said(self, values: Values, frame: str = "unity") -> Values:
+        return self._head(frame, None) | values
+
+    def _pose(self, frame: str, position: Any, yaw: float, elevation: float) -> Values:
+        return {"pose": pose_in(frame, np.asarray(position), yaw, elevation)}
+
+    def _origin(self, frame: str) -> Values | None:
+        """Where the origin of the snapshots' frame is in the map's; null if it is the same."""
+        found = self.session.state.frame
+        return None if found is None else pose_in(frame, np.array([found.x, found.z]), found.turn, 0.0)
+
+    def _view(self, frame: str) -> Values | None:
+        """The camera of the last snapshot, in the map."""
+        look = self.session.state.look
+        if look is None:
+            return None
+        eye = look.snapshot.camera
+        height = 0.0 if eye.height is None else float(eye.height)
+        return pose_in(frame, eye.position, float(eye.yaw), height) | {
+            "fov_left_deg": degrees(eye.fov.left),
+            "fov_right_deg": degrees(eye.fov.right),
+            "range_m": eye.fov.range_m,
+            "detections": [
+                {"detection": name, "id": label, **pose_in(frame, place, yaw, height), "size": _size(size)}
+                for name, label, place, yaw, height, size in zip(
+                    look.snapshot.detections.ids,
+                    look.labels,
+                    look.snapshot.detections.position,
+                    look.snapshot.detections.yaw,
+                    look.snapshot.detections.elevation,
+                    look.snapshot.detections.size,
+                    strict=True,
+                )
+                if np.isfinite(place).all()
+            ],
+        }
+
+
+def _together(asked: SnapshotBody) -> tuple[Snapshot, list[list[Values]], list[tuple[int, Values]]]:
+    """What is identified of one snapshot, or of several.
+
+    Returns:
+        The snapshot, or the objects of several, without broken poses; the detections that each object is of,
+        of several; and the answers to those with a broken pose, with their places.
+    """
+    sound = [np.isfinite(one.detections.position).all(axis=1) for one in asked.snapshots]
+    kept = [_some(one, np.flatnonzero(good)) for one, good in zip(asked.snapshots, sound, strict=True)]
+    broken = [
+        (i, _broken(one.detections, i) | ({"seen": [_seen(k, one, i)]} if len(kept) > 1 else {}))
+        for k, (one, good) in enumerate(zip(asked.snapshots, sound, strict=True))
+        for i in np.flatnonzero(~good).tolist()
+    ]
+    if len(kept) == 1:
+        return kept[0], [], broken
+    objects, of = objects_of(kept)
+    parts: list[list[Values]] = [[] for _ in range(len(objects))]
+    for k, (one, index) in enumerate(zip(kept, of, strict=True)):
+        for i, j in enumerate(index.tolist()):
+            parts[j].append(_seen(k, one, i))
+    last = asked.snapshots[-1]
+    at_the_end = [(len(objects) + i, answer) for i, (_, answer) in enumerate(broken)]
+    return Snapshot(last.camera, objects, last.timestamp), parts, at_the_end
+
+
+def _seen(k: int, snapshot: Snapshot, i: int) -> Values:
+    """Which detection of which snapshot."""
+    return {"snapshot": k, "detection": snapshot.detections.ids[i]}
+
+
+def _broken(seen: Detections, i: int) -> Values:
+    """The answer to a detection with a broken pose."""
+    unknown = dict.fromkeys(("confidence", "margin", "cost"))
+    name = {"detection": seen.ids[i], "track_id": seen.track_id[i], "id": None, "reason": BROKEN}
+    return {**name, **unknown, "alternatives": []}
+
+
+def _some(snapshot: Snapshot, index: Any) -> Snapshot:
+    seen = snapshot.detections
+    values = {
+        name: tuple(value[i] for i in index) if isinstance(value, tuple) else value[index]
+        for name, value in vars(seen).items()
+    }
+    return replace(snapshot, detections=Detections.trusted(**values))
+
+
+def _answers(seen: Detections, found: Identification) -> list[Values]:
+    """The answer to each detection."""
+    rows = found.probability
+    return [
+        json_values(
+            {
+                "detection": seen.ids[i],
+                "track_id": seen.track_id[i],
+                "id": label,
+                "reason": found.reason[i],
+                "confidence": float(found.confidence[i]),
+                "margin": float(found.margin[i]),
+                "cost": float(found.cost[i]),
+                "alternatives": _alternatives(found, i, None if rows is None else rows[i]),
+            }
+        )
+        for i, label in enumerate(found.labels)
+    ]
+
+
+def _alternatives(found: Identification, i: int, row: Any) -> list[Values]:
+    """Other labels that a detection may be, the most probable first; null for none of them."""
+    if row is None or not np.isfinite(row).all():
+        second = found.runner_up[i]
+        return [] if second is None else [{"id": second, "confidence": None}]
+    names = (*found.candidates, None)
+    order = np.argsort(-row, kind="stable")[: ALTERNATIVES + 1].tolist()
+    given = found.labels[i]
+    others = [j for j in order if names[j] != given and row[j] >= LEAST_ALTERNATIVE][:ALTERNATIVES]
+    return [{"id": names[j], "confidence": float(row[j])} for j in others]
+
+
+def _missing(session: Session, snapshots: tuple[Snapshot, ...], found: Identification) -> list[str]:
+    """Labels whose places were in view, and not hidden, that no detection is."""
+    layout, motion = session.scene.layout, session.state.frame
+    if not len(layout):
+        return []
+    seen = np.zeros(len(layout), dtype=bool)
+    for one in snapshots:
+        camera = one.camera
+        if motion is not None:
+            place = motion.motion.position(camera.position[None])[0]
+            camera = replace(camera, position=place, yaw=camera.yaw + motion.turn)
+        seen |= visible(layout, camera, occlusion=True)
+    given = set(found.labels)
+    return [label for label, here in zip(layout.labels, seen, strict=True) if here and label not in given]
+
+
+def _new(seen: Detections, found: Identification) -> list[str]:
+    """Detections that are no known object, as it seems: without a label, though there is nothing wrong."""
+    wrong = ("its pose is", "the same thing")
+    return [
+        name
+        for name, label, reason in zip(seen.ids, found.labels, found.reason, strict=True)
+        if label is None and not (reason or "").startswith(wrong)
+    ]
+
+
+def _present(session: Session) -> dict[str, Values]:
+    """What was identified in the last snapshot, in the map, by label."""
+    look = session.state.look
+    if look is None:
+        return {}
+    seen = look.snapshot.detections
+    return {
+        label: {
+            "id": label,
+            "detection": seen.ids[i],
+            "category": seen.category[i],
+            "pose": (seen.position[i], float(seen.yaw[i]), float(seen.elevation[i])),
+            "size": _size(seen.size[i]),
+        }
+        for i, label in enumerate(look.labels)
+        if label is not None
+    }
+
+
+def _size(size: Any) -> Values | None:
+    """Width, height and depth; null where not known."""
+    return None if np.isnan(size).any() else dict(zip("xyz", size.tolist(), strict=True))

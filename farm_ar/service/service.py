@@ -1,0 +1,150 @@
+"""The service without a network: requests on sessions go in, answers come out and are recorded."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+from farm_ar.errors import InputError
+from farm_ar.service.limits import ServiceLimits
+from farm_ar.service.recording import Recorder
+from farm_ar.service.refusals import STALE, TOO_MANY, UNKNOWN_SESSION, WRONG, RefusedError, values_of
+from farm_ar.service.served import Served
+from farm_ar.service.store import Store
+from farm_ar.service.wire import SESSION_NAME, parsed, read_layout
+
+Values = dict[str, Any]
+
+ACTIONS = ("layout", "snapshots", "align", "confirm", "undo", "delete")
+"""What can be done to a session."""
+
+
+class Answer(NamedTuple):
+    """What a request is answered: an HTTP status and JSON, and whether listeners are to be told."""
+
+    status: int
+    body: bytes
+    looked: bool = False
+
+
+@dataclass
+class Service:
+    """Sessions by name. Requests on one session must come one after another; those on others need not.
+
+    Args:
+        store: where sessions are kept.
+        limits: what is taken at most.
+        recorder: keeps what was asked and answered; None for none.
+    """
+
+    store: Store
+    limits: ServiceLimits = field(default_factory=ServiceLimits)
+    recorder: Recorder | None = None
+    _open: dict[str, Served] = field(default_factory=dict)
+    _names: set[str] = field(default_factory=set)
+
+    def __post_init__(self) -> None:
+        self._names |= set(self.store.names())
+
+    @property
+    def names(self) -> list[str]:
+        """The sessions, in order."""
+        return sorted(self._names)
+
+    def session(self, name: str) -> Served:
+        """A session as it is.
+
+        Raises:
+            RefusedError: there is none of this name.
+        """
+        if name not in self._open:
+            row = self.store.read(name) if name in self._names else None
+            if row is None:
+                raise RefusedError(UNKNOWN_SESSION, "session", "must be one that was given a layout", name)
+            self._open[name] = Served.from_row(name, row)
+        return self._open[name]
+
+    def call(self, name: str, action: str, body: bytes) -> Answer:
+        """Do something to a session.
+
+        Args:
+            name: of the session.
+            action: one of `ACTIONS`.
+            body: of the request, JSON.
+        """
+        before = self.session(name) if self.recorder and name in self._names else None
+        answer = answered(lambda: self._do(name, action, body))
+        if self.recorder:
+            self.recorder.add(name, before, action, body, answer)
+        return answer
+
+    def state(self, name: str, frame: str) -> Answer:
+        """All that is known of a session, in a frame."""
+        return answered(lambda: (200, self.session(name).state(frame)))
+
+    def _do(self, name: str, action: str, body: bytes) -> tuple[int, Values]:
+        if not SESSION_NAME.fullmatch(name):
+            expected = "must be at most 64 letters, digits, dots, dashes and underscores"
+            raise RefusedError(WRONG, "session", expected, name)
+        if action == "layout":
+            return self._begin(name, body)
+        served = self.session(name)
+        if action == "delete":
+            self.store.delete(name)
+            self._names.discard(name)
+            self._open.pop(name, None)
+            return 200, {"session": name, "deleted": True}
+        data = parsed(body)
+        if action == "snapshots":
+            after, reply = served.look(data, body, self.limits)
+        elif action == "align":
+            after, reply = served.align(data, self.limits)
+        else:
+            after, reply = served.confirm(data) if action == "confirm" else served.undo(data)
+        if after.revision != served.revision:
+            self.store.write(name, after.row())
+        self._open[name] = after
+        return 200, reply
+
+    def _begin(self, name: str, body: bytes) -> tuple[int, Values]:
+        given = read_layout(parsed(body), self.limits)
+        revision = 1
+        if name in self._names:
+            revision = self.session(name).revision
+            if given.revision != revision:
+                expected = f"must be {revision}, the session's, to replace it"
+                raise RefusedError(STALE, "revision", expected, given.revision)
+            revision += 1
+        elif given.revision is not None:
+            raise RefusedError(
+                STALE, "revision", "must be left out where there is no session yet", given.revision
+            )
+        elif len(self._names) >= self.limits.most_sessions:
+            raise RefusedError(
+                TOO_MANY, "session", f"must be one of {self.limits.most_sessions} at most", name
+            )
+        served = Served.begin(name, given, revision)
+        self.store.write(name, served.row())
+        self._open[name] = served
+        self._names.add(name)
+        return 200 if revision > 1 else 201, {
+            "session": name,
+            "revision": revision,
+            "method": served.method,
+            "options": dict(served.options),
+            "objects": len(given.scene.layout),
+        }
+
+
+def answered(do: Callable[[], tuple[int, Mapping[str, Any]]]) -> Answer:
+    """The answer to a request: what is done gives, or why it is refused."""
+    try:
+        status, values = do()
+    except RefusedError as problem:
+        status, values = problem.status, values_of(problem)
+    except InputError as problem:
+        status, values = WRONG, values_of(problem)
+    body = json.dumps(values, allow_nan=False, separators=(",", ":"), ensure_ascii=False)
+    return Answer(status, body.encode("utf-8", "replace"), status < 300 and "detections" in values)
