@@ -15,6 +15,7 @@ from farm_ar.envs.observations import OBSERVATIONS
 from farm_ar.envs.perceptions import perception_of
 from farm_ar.envs.rewards import REWARDS
 from farm_ar.errors import OptionError, known_name
+from farm_ar.game_logic.farm_game import CARRIES
 from farm_ar.game_logic.headset import FIELDS_OF_VIEW
 from farm_ar.game_logic.perception import Perception
 from farm_ar.reid import ReidFactory, reid_factory
@@ -47,6 +48,8 @@ SESSIONS = ("off", "learn")
 
 RENDER_MODES = ("rgb_array",)
 
+_AS_EVER = (("session", "off"), ("carry", "drag"))
+
 
 @dataclass(frozen=True, kw_only=True)
 class EnvConfig:
@@ -74,6 +77,7 @@ class EnvConfig:
         visits: how many an episode has.
         moves: how many a visit has in control `move`.
         hand_seconds: time of a visit in control `hand`.
+        carry: how the hand moves what it holds, one of `CARRIES`; without the game nothing is carried.
         animals_a_second: how many animals leave the shed.
         jitter: how starting layouts are drawn, one of `JITTERS`.
         play_seconds: play after a snapshot.
@@ -103,6 +107,7 @@ class EnvConfig:
     visits: int = 1
     moves: int = 6
     hand_seconds: float = 12.0
+    carry: str = "drag"
     animals_a_second: float = 10.0
     jitter: str = "default"
     play_seconds: float = 5.0
@@ -123,6 +128,7 @@ class EnvConfig:
         self._check_name("jitter", JITTERS)
         self._check_name("fov", FIELDS_OF_VIEW)
         self._check_name("session", SESSIONS)
+        self._check_name("carry", CARRIES)
         expected = "must be rgb_array, through gym.make also rgb_array_list, or None; there is no window"
         self._check("render_mode", self.render_mode in (None, *RENDER_MODES), expected)
         reid_factory(self.reid)
@@ -157,9 +163,9 @@ class EnvConfig:
         return self.knowledge == "white-box"
 
     def arguments(self) -> dict[str, Any]:
-        """The arguments, by name, of which an equal one is made; without a session that is off, as before."""
+        """The arguments, by name, of which an equal one is made, less those that are as they ever were."""
         values = {field.name: getattr(self, field.name) for field in fields(self)}
-        return {name: value for name, value in values.items() if (name, value) != ("session", "off")}
+        return {name: value for name, value in values.items() if (name, value) not in _AS_EVER}
 
     def _check_name(self, name: str, names: Iterable[str]) -> None:
         value = getattr(self, name)

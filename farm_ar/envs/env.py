@@ -172,6 +172,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
     | `budget` | `None` | one effort in place of both |
     | `visits`, `moves` | 1, 6 | visits in an episode, moves in a visit |
     | `hand_seconds` | 12 | time of a visit in control `hand` |
+    | `carry` | `"drag"` | or `"lift"`: the hand lifts a building over the others, pushes nothing, and sets it down where there is room, else on the straight way back as soon as there is; no physics then |
     | `animals_a_second` | 10 | animals that leave the shed; 3.3 times as many are on the table at once |
     | `jitter` | `"default"` | `"none"`, `"easy"` (SD .02 m, 6°), `"default"` (.05 m, 15°), `"hard"` (anywhere, .13 m apart), see Starting State |
     | `play_seconds` | 5 | play after a snapshot |

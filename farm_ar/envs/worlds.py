@@ -169,5 +169,6 @@ def new_world(
             make_reid,
             perception,
             animals_a_second=config.animals_a_second,
+            carry=config.carry,
         )
     return PlainScene(layout, camera, Tracker(scene, layout, make_reid, perception), rng)

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from farm_ar.arrays import FloatArray
-from farm_ar.errors import OptionError, SceneError
+from farm_ar.errors import OptionError, SceneError, known_name
 from farm_ar.game_logic import phases
 from farm_ar.game_logic.animals import arrival
 from farm_ar.game_logic.animals.flock import Flock
@@ -51,6 +51,9 @@ WARM_UP_S = 8.0
 
 UNMOVED = Motion()
 
+CARRIES = ("drag", "lift")
+"""How the hand moves what it holds: over the table, or over everything else to where there is room."""
+
 
 class FarmGame:
     """The game on one table.
@@ -64,6 +67,7 @@ class FarmGame:
         perception: makes the snapshots; by default from the true poses.
         hand_detector: sees the hand; by default from where it truly is.
         animals_a_second: how many leave the shed, all colours together; 0 to `MOST_ANIMALS_A_SECOND`.
+        carry: how the hand moves what it holds, one of `CARRIES`.
 
     Raises:
         SceneError: the scene has no fixed object for a shed.
@@ -80,6 +84,7 @@ class FarmGame:
         perception: Perception | None = None,
         hand_detector: HandDetector | None = None,
         animals_a_second: float = ANIMALS_A_SECOND,
+        carry: str = "drag",
     ) -> None:
         layout = layout or scene.layout
         if not layout.fixed.any():
@@ -90,7 +95,8 @@ class FarmGame:
         self.scene, self.rng = scene, rng
         self._visits = new_structs(Visit, 1)
         self.camera = camera
-        self.tabletop = Tabletop(layout, scene.size)
+        self._lifts = known_name("carry", carry, CARRIES) == "lift"
+        self.tabletop = Tabletop(layout, scene.size, self._lifts)
         self.tracker = Tracker(scene, layout, make_reid, perception)
         self.hand_detector = hand_detector or GeometricHandDetector()
         self.counters = Counters.zero(len(layout))
@@ -210,7 +216,7 @@ class FarmGame:
         Args:
             layout: where the same objects are from now on.
         """
-        self.tabletop = Tabletop(layout, self.scene.size)
+        self.tabletop = Tabletop(layout, self.scene.size, self._lifts)
         self._visits["known"] = -1
         self._make_room(0)
         self.allow(None)
@@ -229,7 +235,7 @@ class FarmGame:
         *,
         most: MotionLimit | None = None,
     ) -> Motion:
-        """The hand carries one building over the table and lets it go; what is in the way is pushed.
+        """The hand carries one building to another place; dragged, it pushes what is in the way.
 
         Args:
             index: the building.
@@ -288,6 +294,7 @@ class FarmGame:
             What the buildings still did, and the sighting if that ends a visit.
         """
         before = self.tabletop.moved
+        self.tabletop.put_down(self._visits["limits"])
         self.tabletop.remove_hand()
         self.tabletop.settle()
         sighting = self.end_visit() if self.phase is Phase.HAND else None

@@ -58,6 +58,7 @@ ARGUMENTS = [
     ("play_seconds", None, "a number not below 0"),
     ("session", "on", "learn, off"),
     ("session", "learn", "off with reid spatial"),
+    ("carry", "throw", "drag, lift"),
     ("head_noise_deg", -3.0, "a number not below 0"),
     ("animals_a_second", -1.0, "a number not below 0"),
     ("game", "yes", "True or False"),

@@ -54,6 +54,10 @@ class Hand(Struct):
     point_z: float
     turn: float
     """How it is turned against the moved body."""
+    from_x: float
+    """Where the body that it lifts stood."""
+    from_z: float
+    from_angle: float
 
 
 class Space(Struct):
@@ -87,6 +91,8 @@ class State(Struct):
     radians: float
     changes: int
     """How often poses have changed."""
+    lifts: bool
+    """Whether the hand lifts what it holds over everything else, instead of dragging it."""
 
 
 class Limits(Struct):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import fabs
 
-from farm_ar.game_logic.physics import chipmunk, gripper, proximity, sleeping
+from farm_ar.game_logic.physics import chipmunk, gripper, lifting, proximity, sleeping
 from farm_ar.game_logic.physics.state import TICK, Body, State
 from farm_ar.geometry.rectangles import length
 from farm_ar.structs import Structs
@@ -67,6 +67,8 @@ def tick(state: State, bodies: Structs[Body], vx: float, vz: float, spin: float,
             hand.x += vx * count * TICK
             hand.z += vz * count * TICK
             hand.angle += spin * count * TICK
+            if hand.gripped >= 0:
+                lifting.follow(state, bodies)
         elif speed > _FAST:
             way, turn = speed * count * TICK, fabs(spin) * count * TICK
             if hand.gripped < 0 or not is_clear(state, bodies, way, turn):

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import hypot
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from farm_ar.arrays import BoolArray, FloatArray
 from farm_ar.errors import OptionError, SceneError
-from farm_ar.game_logic.physics import gripper, proximity, stepping, trajectory
+from farm_ar.game_logic.physics import gripper, lifting, proximity, stepping, trajectory
 from farm_ar.game_logic.physics.gripper import HAND_ROOM, REACH, HandState
 from farm_ar.game_logic.physics.limits import Motion, MotionLimit
 from farm_ar.game_logic.physics.space import PhysicsSpace
@@ -18,7 +20,7 @@ from farm_ar.game_logic.physics.state import Limits
 from farm_ar.game_logic.physics.trajectory import Trajectory
 from farm_ar.geometry import deepest_overlap, footprint_corners, from_pymunk, wrap
 from farm_ar.scenes import Layout
-from farm_ar.structs import new_structs
+from farm_ar.structs import Structs, new_structs
 
 __all__ = ["HAND_ROOM", "REACH", "Carry", "MotionLimit", "Pair", "Tabletop"]
 
@@ -69,6 +71,8 @@ class Tabletop:
         layout: what stands on the table, a single arrangement. Footprints that overlap each other or the edge
             are pushed apart in the first ticks.
         size: width (x) and depth (z) of the table [0, width] x [0, depth], metres.
+        lifts: whether the hand lifts what it holds over everything else and sets it down where there is room.
+            Nothing is pushed then, and everything stays exactly where it was put.
 
     Attributes:
         size: the size of the table.
@@ -78,7 +82,7 @@ class Tabletop:
         SceneError: the layout is a batch.
     """
 
-    def __init__(self, layout: Layout, size: tuple[float, float]) -> None:
+    def __init__(self, layout: Layout, size: tuple[float, float], lifts: bool = False) -> None:
         if layout.batch_shape:
             raise SceneError("layout", "must be a single arrangement", layout.batch_shape)
         self.size = (float(size[0]), float(size[1]))
@@ -88,6 +92,8 @@ class Tabletop:
         self.space = PhysicsSpace(layout, self.size)
         self._state, self._bodies = self.space.states[0], self.space.bodies
         self._hand, self._read = self.space.states["hand"], 0
+        self._lifts = lifts
+        self.space.states["lifts"] = self.space.states["still"] = lifts
         self._moving = np.flatnonzero(layout.movable)
 
     @property
@@ -150,10 +156,13 @@ class Tabletop:
             raised: whether it stays above the buildings. Otherwise it goes down, where it bumps into them, as
                 soon as there is room for it.
         """
-        gripper.bring_hand(self._state, self._bodies, float(position[0]), float(position[1]), raised)
+        self.put_down()
+        x, z = float(position[0]), float(position[1])
+        gripper.bring_hand(self._state, self._bodies, x, z, raised or self._lifts)
 
     def raise_hand(self) -> None:
         """Let go, and stay above the buildings from now on."""
+        self.put_down()
         gripper.raise_hand(self._state, self._bodies)
 
     def remove_hand(self) -> None:
@@ -169,13 +178,27 @@ class Tabletop:
         Returns:
             Whether the hand holds this building now.
         """
-        gripper.grip(self._state, self._bodies, index, REACH)
+        take = lifting.take if self._lifts else gripper.grip
+        take(self._state, self._bodies, index, REACH)
         return bool(self._hand["gripped"].item() == index)
 
     def release(self) -> None:
         """Let go of what the hand holds. The hand hovers until there is room for it on the table."""
-        if self._hand["gripped"].item() >= 0:
+        if self._lifts:
+            self.put_down()
+        elif self._hand["gripped"].item() >= 0:
             gripper.lift(self._state, self._bodies)
+
+    def put_down(self, limits: Structs[Limits] | npt.NDArray[Any] | None = None) -> None:
+        """Set down what is lifted: where it is, or on the straight way back, as soon as there is room.
+
+        Args:
+            limits: (1,) that are kept; none by default.
+        """
+        if self._lifts:
+            if limits is None:
+                MotionLimit().begin(limits := new_structs(Limits, 1), self.moved)
+            lifting.set_down_within(self._state, self._bodies, limits[0])
 
     def tick(self, velocity: Pair = (0.0, 0.0), twist: float = 0.0, count: int = 1) -> None:
         """Let 1/60 s pass, or a number of such ticks, while the hand is moved.
@@ -251,7 +274,8 @@ class Tabletop:
     ) -> Carry:
         """Carry a building to a pose with the hand: reach over, grip, drag, let go, leave; then all settles.
 
-        It is dragged on a straight line and turned the shorter way meanwhile, and pushes what is in its way.
+        It is moved on a straight line and turned the shorter way meanwhile. Dragged it pushes what is in its
+        way; lifted it is set down on the way back where there is no room for it.
 
         Args:
             index: the building.
@@ -275,7 +299,10 @@ class Tabletop:
             self.raise_hand()
             self.guide_hand((x, z), 0.0, REACH_SPEED, record)
             self.grip(index)
+            limits = new_structs(Limits, 1)
+            (most or MotionLimit()).begin(limits, self.moved)
             self.guide_hand(position, float(wrap(yaw - headings[index])), speed, record, most)
+            self.put_down(limits)
             self.raise_hand()
             if leave:
                 self.guide_hand((x, ENTRY), 0.0, REACH_SPEED, record)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import ceil, fabs, inf
 
-from farm_ar.game_logic.physics import chipmunk, gripper, stepping
+from farm_ar.game_logic.physics import chipmunk, gripper, lifting, stepping
 from farm_ar.game_logic.physics.limits import brake, exceeds
 from farm_ar.game_logic.physics.state import TICK, Body, Limits, State
 from farm_ar.geometry.rectangles import length
@@ -121,6 +121,8 @@ def glide_tick(state: State, bodies: Structs[Body], trajectory: Trajectory) -> N
         x, z, angle = pose_at(trajectory, trajectory.ticks / trajectory.periods)
     vx, vz, spin = (x - hand.x) / TICK, (z - hand.z) / TICK, (angle - hand.angle) / TICK
     hand.x, hand.z, hand.angle = x, z, angle
+    if hand.gripped >= 0:
+        lifting.follow(state, bodies)
     if trajectory.done:
         vx = vz = spin = 0.0
     hand.velocity_x, hand.velocity_z, hand.spin = vx, vz, spin

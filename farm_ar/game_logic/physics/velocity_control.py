@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from farm_ar.game_logic.physics import chipmunk, gripper, proximity, stepping
+from farm_ar.game_logic.physics import chipmunk, gripper, lifting, proximity, stepping
 from farm_ar.game_logic.physics.gripper import REACH
 from farm_ar.game_logic.physics.limits import brake, exceeds
 from farm_ar.game_logic.physics.state import TICK, Body, Limits, State
@@ -49,6 +49,9 @@ def control_tick(
         spin: of the hand, radians a second, Chipmunk's way round.
         closed: whether the hand is closed.
     """
+    if state.lifts:
+        lifting.control_tick(state, bodies, eye, limits, vx, vz, spin, closed)
+        return
     low = not state.hand.raised and not limits.halted and limits.braking == 0
     if low and exceeds(state, bodies, limits):
         limits.braking = 1
