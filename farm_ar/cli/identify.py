@@ -10,98 +10,124 @@ import typer
 from farm_ar.cli.options import DEFAULT_REID, REID_HELP, number
 
 if TYPE_CHECKING:
+    from farm_ar.cli.inputs import Choices
     from farm_ar.reid import Reidentifier
+    from farm_ar.reid.alignment import Pose
+    from farm_ar.reid.checked import InFrame
     from farm_ar.scenes import Scene, Snapshot
+
+SceneName = Annotated[
+    str,
+    typer.Option(
+        metavar="FILE|NAME", help="The reference layout: .json, .csv with --room, or a built-in scene's name."
+    ),
+]
+SnapshotFile = Annotated[
+    Path,
+    typer.Option(
+        metavar="FILE|-",
+        help="The snapshot: .json, or .csv with --camera; - reads standard input, one or many as JSON.",
+    ),
+]
+Room = Annotated[
+    str | None,
+    typer.Option(metavar="W,D", help="Width and depth of the room in metres; for a scene in CSV only."),
+]
+CameraView = Annotated[
+    str | None,
+    typer.Option(
+        metavar="X,Z,YAW_DEG,FOV_DEG,RANGE_M",
+        help="The camera, in the table's frame and units (the range in metres); for a snapshot in CSV only.",
+    ),
+]
+Frame = Annotated[
+    str,
+    typer.Option(
+        metavar="FRAME",
+        help="The snapshot's: map, the scene's own, or unknown, to be found by what stands where.",
+    ),
+]
+Anchor = Annotated[
+    str | None,
+    typer.Option(
+        metavar="POSE=POSE",
+        help="One pose known in both frames, by which the snapshot's is found: X,Z,YAW_DEG as the snapshot's "
+        "file gives it, and as the scene's file does.",
+    ),
+]
+Reid = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAME",
+        help=f"{DEFAULT_REID} by default, spatial with an option that belongs to it. Names: {REID_HELP}",
+    ),
+]
+Threshold = Annotated[
+    float | None,
+    typer.Option(
+        metavar="T",
+        parser=number(),
+        help="Sites to consider: 0 for the camera's own only, to 1, the default, for all. (*)",
+    ),
+]
+CostWeights = Annotated[
+    str | None,
+    typer.Option(metavar="WT,WR", help="Of translation and rotation; the scene's own by default. (*)"),
+]
+Gate = Annotated[
+    bool | None,
+    typer.Option(
+        "--gate/--no-gate",
+        help="Whether labels keep to detections of their category, as by default. "
+        "(*, distance, squared-distance, nearest)",
+    ),
+]
+Solver = Annotated[str | None, typer.Option(metavar="NAME", help="lsap, the default, or mip. (*)")]
+MinConfidence = Annotated[
+    float | None,
+    typer.Option(
+        metavar="P",
+        parser=number(),
+        help="Give no label that is less probable; 0 by default. adaptive and likelihood only.",
+    ),
+]
+Confusion = Annotated[
+    float | None,
+    typer.Option(
+        metavar="P",
+        parser=number(),
+        help="How often a category is wrong; 0, the default, keeps it. adaptive and likelihood only.",
+    ),
+]
+Explain = Annotated[
+    str | None, typer.Option(metavar="ID", help="Explain why this detection has its label, or has none.")
+]
+Plot = Annotated[Path | None, typer.Option(metavar="FILE", help="Draw the answer, .svg or .png.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print the answer as JSON and nothing else.")]
 
 
 def identify(
-    scene: Annotated[
-        str,
-        typer.Option(
-            metavar="FILE|NAME",
-            help="The reference layout: .json, .csv with --room, or a built-in scene's name.",
-        ),
-    ],
-    snapshot: Annotated[
-        Path,
-        typer.Option(
-            metavar="FILE|-",
-            help="The snapshot: .json, or .csv with --camera; - reads standard input, one or many as JSON.",
-        ),
-    ],
-    room: Annotated[
-        str | None,
-        typer.Option(metavar="W,D", help="Width and depth of the room in metres; for a scene in CSV only."),
-    ] = None,
-    camera: Annotated[
-        str | None,
-        typer.Option(metavar="X,Z,YAW_DEG,FOV_DEG,RANGE_M", help="The camera; for a snapshot in CSV only."),
-    ] = None,
-    frame: Annotated[
-        str,
-        typer.Option(
-            metavar="FRAME",
-            help="The snapshot's: map, the scene's own, or unknown, to be found by what stands where.",
-        ),
-    ] = "map",
-    reid: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help=f"{DEFAULT_REID} by default, spatial with an option that belongs to it. Names: {REID_HELP}",
-        ),
-    ] = None,
-    threshold: Annotated[
-        float | None,
-        typer.Option(
-            metavar="T",
-            parser=number(),
-            help="Sites to consider: 0 for the camera's own only, to 1, the default, for all. (*)",
-        ),
-    ] = None,
-    weights: Annotated[
-        str | None,
-        typer.Option(metavar="WT,WR", help="Of translation and rotation; the scene's own by default. (*)"),
-    ] = None,
-    gate: Annotated[
-        bool | None,
-        typer.Option(
-            "--gate/--no-gate",
-            help="Whether labels keep to detections of their category, as by default. "
-            "(*, distance, squared-distance, nearest)",
-        ),
-    ] = None,
-    solver: Annotated[str | None, typer.Option(metavar="NAME", help="lsap, the default, or mip. (*)")] = None,
-    min_confidence: Annotated[
-        float | None,
-        typer.Option(
-            metavar="P",
-            parser=number(),
-            help="Give no label that is less probable; 0 by default. adaptive and likelihood only.",
-        ),
-    ] = None,
-    confusion: Annotated[
-        float | None,
-        typer.Option(
-            metavar="P",
-            parser=number(),
-            help="How often a category is wrong; 0, the default, keeps it. adaptive and likelihood only.",
-        ),
-    ] = None,
-    explain: Annotated[
-        str | None,
-        typer.Option(
-            metavar="ID", help="Explain why this detection has its label. spatial and likelihood only."
-        ),
-    ] = None,
-    plot: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw the answer, .svg or .png.")] = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print the answer as JSON and nothing else.")
-    ] = False,
+    scene: SceneName,
+    snapshot: SnapshotFile,
+    room: Room = None,
+    camera: CameraView = None,
+    frame: Frame = "map",
+    anchor: Anchor = None,
+    reid: Reid = None,
+    threshold: Threshold = None,
+    weights: CostWeights = None,
+    gate: Gate = None,
+    solver: Solver = None,
+    min_confidence: MinConfidence = None,
+    confusion: Confusion = None,
+    explain: Explain = None,
+    plot: Plot = None,
+    as_json: AsJson = False,
 ) -> None:
     """Identify the detections of a snapshot.
 
     Warnings, on the error stream and in the JSON, say what cannot be right.
+    Poses are printed in the snapshot's own frame, units and origin.
 
     A CSV table has the columns id, category, x, z, yaw_deg, w, h, d, in metres and degrees.
     Snapshots on standard input are answered one by one, with --json in a line each; a bad one is answered by
@@ -110,24 +136,20 @@ def identify(
     very many objects.
     """
     from farm_ar.cli.inputs import Choices, make_rule, read_scene, read_snapshot, refuse
-    from farm_ar.reid.registry import MOST_PAIRS
+    from farm_ar.reid.checked import known_frame
 
+    known_frame(frame)
     known = read_scene(scene, room)
-    by_default = reid is None
-    if reid is None:
-        of_spatial = any(option is not None for option in (threshold, weights, gate, solver, explain))
-        reid = "spatial" if of_spatial else DEFAULT_REID
-    asked = Asked(known, reid, explain, plot, as_json, frame)
     choices = Choices(threshold, weights, gate, solver, min_confidence, confusion)
+    asked = Asked(known, reid or _usual(choices), explain, plot, as_json, frame, anchor)
     if str(snapshot) == "-":
         refuse([("--camera", camera), ("--plot", plot)], "with --snapshot -")
-        _answer_stream(asked, make_rule(known, reid, choices))
+        _answer_stream(asked, make_rule(known, asked.reid, choices))
         return
     seen = read_snapshot(snapshot, camera)
-    if by_default and len(known.layout) * len(seen.detections) > MOST_PAIRS[DEFAULT_REID]:
-        reid = "spatial"
-        asked = asked._replace(reid=reid)
-    _answer(asked, make_rule(known, reid, choices), seen)
+    if reid is None:
+        asked = asked._replace(reid=_affordable(asked, seen))
+    _answer(asked, make_rule(known, asked.reid, choices), seen)
 
 
 class Asked(NamedTuple):
@@ -139,8 +161,23 @@ class Asked(NamedTuple):
     plot: Path | None
     as_json: bool
     frame: str
-    line: bool = False
-    """Whether JSON is printed in one line."""
+    anchor: str | None
+    line: int | None = None
+    """The line of a stream that is answered, with JSON in one line."""
+
+
+def _usual(choices: Choices) -> str:
+    """The method where none is named."""
+    of_spatial = (choices.threshold, choices.weights, choices.gate, choices.solver)
+    return DEFAULT_REID if of_spatial == (None,) * len(of_spatial) else "spatial"
+
+
+def _affordable(asked: Asked, seen: Snapshot) -> str:
+    """The usual method, or the paper's where the usual one would take too long."""
+    from farm_ar.reid.registry import MOST_PAIRS
+
+    pairs = len(asked.scene.layout) * len(seen.detections)
+    return "spatial" if pairs > MOST_PAIRS.get(asked.reid, pairs) else asked.reid
 
 
 def _answer_stream(asked: Asked, rule: Reidentifier) -> None:
@@ -149,14 +186,14 @@ def _answer_stream(asked: Asked, rule: Reidentifier) -> None:
     import sys
 
     from farm_ar.errors import InputError, escaped
-    from farm_ar.scenes import read_snapshots
+    from farm_ar.scenes.streams import numbered_snapshots
 
-    asked, mistakes = asked._replace(line=True), 0
-    for seen in read_snapshots(sys.stdin.buffer):
+    mistakes = 0
+    for line, seen in numbered_snapshots(sys.stdin.buffer):
         try:
             if isinstance(seen, InputError):
                 raise seen
-            _answer(asked, rule, seen)
+            _answer(asked._replace(line=line), rule, seen)
         except InputError as problem:
             mistakes += 1
             said = escaped(f"{type(problem).__name__}: {problem}")
@@ -171,42 +208,70 @@ def _answer_stream(asked: Asked, rule: Reidentifier) -> None:
 
 def _answer(asked: Asked, rule: Reidentifier, seen: Snapshot) -> None:
     """Identify the detections of a snapshot, and print and draw what is asked for."""
+    from farm_ar.cli import reports
+    from farm_ar.cli.inputs import check_size, explanation
+    from farm_ar.reid.checked import identify_in_frame
+
+    check_size(asked.reid, len(asked.scene.layout), len(seen.detections))
+    affordable = reports.Affordable(rule, asked.scene)
+    anchor = _anchor(asked, seen)
+    found = identify_in_frame(asked.scene, seen, affordable, asked.frame, anchor=anchor)
+    why = None if asked.explain is None else explanation(rule, found.snapshot, asked.explain)
+    if asked.plot is not None:
+        reports.picture_of_identification(asked.scene, found.snapshot, found.identification, asked.plot)
+    _warn(asked, found)
+    if asked.as_json:
+        _print_json(asked, found, why)
+    else:
+        _print_text(asked, rule, found, why)
+
+
+def _anchor(asked: Asked, seen: Snapshot) -> tuple[Pose, Pose] | None:
+    """The pose that is known in both frames, if there is one."""
+    from farm_ar.cli.inputs import need, pose_in
+
+    if asked.anchor is None:
+        return None
+    theirs, _, ours = asked.anchor.partition("=")
+    need("--anchor", ours or None, "as X,Z,YAW_DEG=X,Z,YAW_DEG, of the snapshot's file and of the scene's")
+    return pose_in(seen.world, "--anchor", theirs), pose_in(asked.scene.world, "--anchor", ours)
+
+
+def _warn(asked: Asked, found: InFrame) -> None:
+    """Print the warnings, each with the line of the stream that it is about."""
     from farm_ar.cli import output, reports
-    from farm_ar.cli.inputs import check_size, decided_by_category, explanation
-    from farm_ar.reid import align
-    from farm_ar.reid import identify as checked_identify
 
-    known, reid, explain, plot, as_json, frame, line = asked
-    check_size(reid, len(known.layout), len(seen.detections))
-    found = checked_identify(known, seen, reports.Affordable(rule, known), frame)
-    if frame == "unknown":
-        alignment = align(known, seen)
-        seen = alignment.apply(seen)
-    why = None if explain is None else explanation(rule, seen, explain)
-    if plot is not None:
-        from farm_ar.cli.reports import picture_of_identification
+    where = "" if asked.line is None else f"line {asked.line}: "
+    for warning in found.identification.warnings:
+        typer.echo(f"Warning: {where}{output.printable(reports.in_options(warning))}", err=True)
 
-        picture_of_identification(known, seen, found, plot)
-    for warning in found.warnings:
-        typer.echo(f"Warning: {output.printable(warning)}", err=True)
-    if as_json:
-        values = {"method": reid} | reports.as_values(seen, found)
-        values |= {} if why is None else {"explanation": why}
-        values |= reports.frame_values(alignment) if frame == "unknown" else {}
-        output.print_json(values, line)
-        return
-    output.print_line(f"Method: {reid}")
-    output.print_table(
-        reports.DETECTION_COLUMNS, reports.detection_rows(seen, found), reports.DETECTION_NUMBERS
-    )
-    if frame == "unknown":
-        output.print_line(reports.frame_line(alignment))
-    for words in reports.summarise(known, seen, found):
+
+def _print_json(asked: Asked, found: InFrame, why: str | None) -> None:
+    from farm_ar.cli import output, reports
+
+    values = {"method": asked.reid} | reports.as_values(found.snapshot, found.identification)
+    values |= {} if asked.line is None else {"line": asked.line}
+    values |= {} if why is None else {"explanation": why}
+    values |= {} if found.alignment is None else reports.frame_values(asked.scene, found.alignment)
+    output.print_json(values, asked.line is not None)
+
+
+def _print_text(asked: Asked, rule: Reidentifier, found: InFrame, why: str | None) -> None:
+    from farm_ar.cli import output, reports
+    from farm_ar.cli.inputs import decided_by_category
+
+    seen, answer = found.snapshot, found.identification
+    output.print_line(f"Method: {asked.reid}" + ("" if asked.line is None else f", line {asked.line}"))
+    columns = reports.detection_columns(seen.world)
+    output.print_table(columns.names, reports.detection_rows(seen, answer), columns.numbers)
+    if found.alignment is not None:
+        output.print_line(reports.frame_line(asked.scene, found.alignment))
+    for words in reports.summarise(asked.scene, seen, answer):
         output.print_line(words)
-    if decided := decided_by_category(rule, seen, found):
+    if decided := decided_by_category(rule, seen, answer):
         which = f"{len(decided)} of {len(seen.detections)} detections ({reports.some(decided)})"
         output.print_line(f"Categories decided the labels of {which}: with --no-gate they would be others")
     if why is not None:
         output.print_line(why)
-    if plot is not None:
-        output.print_line(f"Wrote {plot}")
+    if asked.plot is not None:
+        output.print_line(f"Wrote {asked.plot}")

@@ -24,12 +24,12 @@ from farm_ar.reid import (
     SpatialOptions,
     SpatialReid,
     SquaredDistanceReid,
-    as_reidentifier,
     explain,
     identify,
     load_reid,
 )
-from farm_ar.reid.plausibility import set_aside, some
+from farm_ar.reid.checked import usable
+from farm_ar.reid.plausibility import some
 from farm_ar.reid.registry import MOST_PAIRS
 from farm_ar.scenes import (
     BUILTIN,
@@ -38,6 +38,7 @@ from farm_ar.scenes import (
     Scene,
     Snapshot,
     Weights,
+    World,
     builtin_scene,
     load_scene,
     load_scene_csv,
@@ -86,7 +87,9 @@ def read_snapshot(path: Path, camera: str | None) -> Snapshot:
     """
     if _is_csv("snapshot", path):
         view = camera_view(need("--camera", camera, f"with a snapshot in CSV, as {VIEW}"))
-        return load_snapshot_csv(path, view)
+        seen = load_snapshot_csv(path, view)  # in the table's frame and units
+        place, yaw = seen.world.floor(view.position), seen.world.yaws(view.yaw)
+        return replace(seen, camera=replace(view, position=place, yaw=yaw))
     refuse([("--camera", camera)], "with a snapshot in JSON, which has its own camera")
     return load_snapshot(path)
 
@@ -101,6 +104,17 @@ def room_size(text: str) -> tuple[float, float]:
     if width <= 0 or depth <= 0:
         raise OptionError("--room", f"must be {ROOM}, positive numbers of metres", text)
     return width, depth
+
+
+def pose_in(world: World, option: str, text: str) -> tuple[float, float, float]:
+    """A pose (x, z, yaw) of ours, metres and radians, from "x,z,yaw_deg" of a world, or "x,y,yaw_deg" of ros.
+
+    Raises:
+        OptionError: it is not three numbers.
+    """
+    *place, yaw_deg = numbers(option, text, POSE)
+    x, z = world.floor(place).tolist()
+    return x, z, float(world.yaws(math.radians(yaw_deg)))
 
 
 def camera_pose(text: str, fov: FieldOfView) -> Camera:
@@ -259,13 +273,11 @@ def explanation(rule: Reidentifier, snapshot: Snapshot, detection: str) -> str:
     """Why a detection, by its id, gets the label that a rule gives it, or none.
 
     Raises:
-        OptionError: the re-identifier does not explain itself.
         SnapshotError: there is no such detection.
     """
-    if type(as_reidentifier(rule)).cost_terms is Reidentifier.cost_terms:
-        raise OptionError("--explain", "must be with --reid spatial or likelihood", detection)
-    reasons = dict(zip(snapshot.detections.ids, set_aside(rule.scene, snapshot), strict=True))
+    kept, aside = usable(rule.scene, snapshot)
+    reasons = dict(zip(snapshot.detections.ids, aside, strict=True))
     if reasons.get(detection):
         return f"{detection} has no label: {reasons[detection]}"
-    kept = [i for i, reason in enumerate(reasons.values()) if reason is None]
-    return explain(rule, some(snapshot, np.array(kept, dtype=np.int64)), detection).words()
+    index = [i for i, reason in enumerate(aside) if reason is None]
+    return explain(rule, some(kept, np.array(index, dtype=np.int64)), detection).words()

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,9 +16,10 @@ from farm_ar.drawing import draw_identification, draw_scene, new_picture, save_p
 from farm_ar.drawing.pictures import in_picture
 from farm_ar.drawing.scenes import MOST_LABELS
 from farm_ar.reid import Alignment, Assurance, Certificate, Identification, Reidentifier
-from farm_ar.scenes import BUILTIN, Camera, Scene, Snapshot, builtin_scene
+from farm_ar.scenes import BUILTIN, Camera, Scene, Snapshot, World, builtin_scene
 from farm_ar.scenes.builtin import DESCRIPTIONS
 from farm_ar.scenes.files import degrees
+from farm_ar.scenes.worlds import DECIMALS
 
 MOST_ASSURED = 1000
 """Detections of which margins are worked out."""
@@ -26,11 +27,45 @@ MOST_ASSURED = 1000
 SCENE_COLUMNS = ("name", "what it is", "room", "area", "sites", "categories", "objects", "path")
 SCENE_NUMBERS = ("room", "area", "sites", "categories", "objects", "path")
 
-DETECTION_COLUMNS = (
-    *("detection", "category", "x", "z", "yaw_deg", "label"),
-    *("cost", "confidence", "margin", "runner_up"),
-)
-DETECTION_NUMBERS = ("x", "z", "yaw_deg", "cost", "confidence", "margin")
+_OPTIONS = {
+    "use frame='unknown'": "use --frame unknown",
+    "anchor=... takes": "--anchor takes",
+    "or convert with farm_ar.geometry.convert_pose": "as fields of the two files",
+}
+"""What warnings say to those who write Python, and to those who type the command."""
+
+
+class Columns(NamedTuple):
+    """The names of a table's columns, and which of them hold numbers."""
+
+    names: tuple[str, ...]
+    numbers: tuple[str, ...]
+
+
+def detection_columns(world: World) -> Columns:
+    """The columns of `detection_rows`, whose places are in the axes and units of a world."""
+    unit = "" if world.units == "m" else f" ({world.units})"
+    places = tuple(f"{'xyz'[axis]}{unit}" for axis in world.plane)
+    numbers = (*places, "yaw_deg", "cost", "confidence", "margin")
+    names = (
+        "detection",
+        "category",
+        *places,
+        "yaw_deg",
+        "label",
+        "cost",
+        "confidence",
+        "margin",
+        "runner_up",
+    )
+    return Columns(names, numbers)
+
+
+def in_options(warning: str) -> str:
+    """A warning that names options of the command in place of arguments in Python."""
+    for python, option in _OPTIONS.items():
+        warning = warning.replace(python, option)
+    return warning
 
 
 def scene_rows() -> Iterator[tuple[str, ...]]:
@@ -73,16 +108,17 @@ def left_out(scene: Scene) -> Iterator[str]:
 
 
 def detection_rows(snapshot: Snapshot, found: Identification) -> Iterator[tuple[str, ...]]:
-    """A row of `DETECTION_COLUMNS` for each detection."""
-    seen = snapshot.detections
+    """A row of `detection_columns` for each detection."""
+    seen, world = snapshot.detections, snapshot.world
+    places, yaws, form = world.floor_of(seen.position), world.yaws_of(seen.yaw), f"z.{DECIMALS[world.units]}f"
     for i, label in enumerate(found.labels):
-        x, z = seen.position[i]
-        yaw_deg = np.rad2deg(seen.yaw[i])
+        first, second = places[i]
+        yaw_deg = np.rad2deg(yaws[i])
         yield (
             seen.ids[i],
             seen.category[i] or "not known",
-            _known(x, "z.2f"),
-            _known(z, "z.2f"),
+            _known(first, form),
+            _known(second, form),
             _known(yaw_deg, "z.1f"),
             "none" if label is None else label,
             "none" if label is None else f"{found.cost[i]:.4f}",
@@ -121,21 +157,25 @@ def summarise(scene: Scene, snapshot: Snapshot, found: Identification) -> Iterat
         if reason is not None:
             yield f"No label for {name}: {reason}"
     if found.certified is not None:
-        yield f"Certified: right if every object moved less than {_limits(found.certified)}"
+        yield f"Certified: right if every object moved less than {_limits(found.certified, snapshot.world)}"
     if found.widened:
         yield "Widened: the threshold left fewer labels than detections, so further sites were added"
 
 
-def _limits(certified: Certificate) -> str:
-    shift, turn = f"{certified.metres:.2f} m", f"{certified.degrees:.0f}°"
+def _limits(certified: Certificate, world: World) -> str:
+    shift, turn = world.length(certified.metres), f"{certified.degrees:.0f}°"
     if not np.isfinite(certified.metres):
         return turn
     return shift if certified.degrees >= 180 else f"{shift}, or turned less than {turn}, or in between"
 
 
 def as_values(snapshot: Snapshot, found: Identification) -> dict[str, Any]:
-    """An identification as JSON values; null where a detection stays unidentified."""
+    """An identification as JSON values; null where a detection stays unidentified.
+
+    What warnings and explanations say of places and lengths is in the frame and units of `world`.
+    """
     return {
+        "world": _world(snapshot.world),
         "ids": list(snapshot.detections.ids),
         "labels": list(found.labels),
         "reasons": list(found.reason),
@@ -149,23 +189,33 @@ def as_values(snapshot: Snapshot, found: Identification) -> dict[str, Any]:
         "sites": list(found.sites),
         "widened": bool(found.widened),
         "solve_time_s": float(found.solve_time),
-        "warnings": list(found.warnings),
+        "warnings": [in_options(warning) for warning in found.warnings],
     }
 
 
-def frame_values(alignment: Alignment) -> dict[str, Any]:
-    """A frame that was found as JSON values: the pose of its origin in the map, and how sure that is."""
-    start = alignment.motion.about(np.zeros(2))
-    x, z = start.shift.tolist()
-    pose = {"x": x, "z": z, "yaw_deg": degrees(start.turn)}
+def _world(world: World) -> dict[str, str]:
+    return {"frame": world.frame, "units": world.units}
+
+
+def frame_values(scene: Scene, alignment: Alignment) -> dict[str, Any]:
+    """A frame that was found as JSON values: the pose of its origin in the map's file, and how sure that is.
+
+    The origin is that of farm-ar's axes, where the snapshot's file gives its own an `origin`.
+    """
+    start, world = alignment.motion.about(np.zeros(2)), scene.world
+    place = world.floor_of(start.shift).tolist()
+    pose = {"xyz"[axis]: value for axis, value in zip(world.plane, place, strict=True)}
+    pose["yaw_deg"] = degrees(world.yaws_of(start.turn))
     sure = {"confidence": alignment.confidence, "ambiguous": alignment.ambiguous}
-    return {"frame": {**pose, **sure, "reason": alignment.reason or None}}
+    return {"frame": {**pose, **sure, "reason": alignment.reason or None, "world": _world(world)}}
 
 
-def frame_line(alignment: Alignment) -> str:
+def frame_line(scene: Scene, alignment: Alignment) -> str:
     """The same in a line."""
-    of = frame_values(alignment)["frame"]
-    where = f"its origin at ({of['x']:z.2f}, {of['z']:z.2f}), turned by {of['yaw_deg']:z.1f}°"
+    of, world = frame_values(scene, alignment)["frame"], scene.world
+    unit = "" if world.units == "m" else f" {world.units}"
+    first, second = (f"{of['xyz'[axis]]:z.{DECIMALS[world.units]}f}" for axis in world.plane)
+    where = f"its origin at ({first}, {second}){unit}, turned by {of['yaw_deg']:z.1f}°"
     return f"Frame: {where}, with a probability of {of['confidence']:.3f}; poses here are the map's"
 
 

@@ -35,6 +35,13 @@ def declared_codes(layout: Layout) -> CategoryCodes:
     return {None: UNKNOWN} | {name: code for code, name in enumerate(layout.categories)}
 
 
+def may_have(layout: Layout, category: str | None) -> BoolArray:
+    """(M,) the labels that a detection of a category may have."""
+    if category is None or not layout.names_categories:
+        return np.ones(len(layout), dtype=bool)
+    return np.array([name == category for name in layout.category], dtype=bool)
+
+
 def require_places(seen: Detections) -> None:
     """See that every detection has a position.
 

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.errors import OptionError
-from farm_ar.reid.alignment import align
+from farm_ar.reid.alignment import Alignment, Pose, align
 from farm_ar.reid.base import Assurance, Identification, Reidentifier, as_reidentifier
 from farm_ar.reid.plausibility import Finding, check, set_aside
 from farm_ar.reid.plausibility.finding import some
 from farm_ar.reid.registry import load_reid
-from farm_ar.scenes import Detections, Scene, Snapshot
+from farm_ar.scenes import WORLD_FRAMES, Detections, Scene, Snapshot
+from farm_ar.scenes.worlds import frame_hint
 
 FRAMES = ("map", "unknown")
 """In which frame a snapshot may be: the map's, or one that is to be found."""
@@ -31,6 +32,7 @@ def identify(
     reid: str | Reidentifier | Callable[[Scene], Reidentifier] = "adaptive",
     frame: str = "map",
     checks: bool = True,
+    anchor: tuple[Pose, Pose] | None = None,
 ) -> Identification:
     """The label of each detection, or None with a reason; and warnings of what cannot be right.
 
@@ -45,19 +47,49 @@ def identify(
         reid: a method's name, what makes one for a scene, or one that is made.
         frame: "map" if the snapshot is in the scene's frame; "unknown" to find the motion between the two.
         checks: whether scene and snapshot are checked, for `warnings`.
+        anchor: one pose (x, z, yaw), metres and radians, in the snapshot's frame and in the scene's, from
+            which the motion between the two is then found.
 
     Raises:
-        OptionError: the method or the frame is not known.
-        SnapshotError: the method refuses the snapshot.
+        OptionError: the method or the frame is not known, or the method is made for another scene.
+        SnapshotError: the method refuses the snapshot, or the anchor is not two poses.
     """
-    if frame not in FRAMES:
-        raise OptionError("frame", f"must be one of {', '.join(FRAMES)}", frame)
+    return identify_in_frame(scene, snapshot, reid, frame, checks, anchor).identification
+
+
+class InFrame(NamedTuple):
+    """An answer, with the frame that was found for it.
+
+    Args:
+        identification: the answer.
+        snapshot: in the scene's frame.
+        alignment: from the snapshot's frame to the scene's; None where it was not asked for.
+    """
+
+    identification: Identification
+    snapshot: Snapshot
+    alignment: Alignment | None
+
+
+def identify_in_frame(
+    scene: Scene,
+    snapshot: Snapshot,
+    reid: str | Reidentifier | Callable[[Scene], Reidentifier] = "adaptive",
+    frame: str = "map",
+    checks: bool = True,
+    anchor: tuple[Pose, Pose] | None = None,
+) -> InFrame:
+    """What `identify` gives, and the snapshot in the scene's frame, which takes the same arguments."""
+    known_frame(frame)
     rule = _rule(reid, scene)
     snapshot = _without_strange_categories(scene, snapshot)
     findings: tuple[Finding, ...] = ()
-    sure, said = 1.0, list[str]()
-    if frame == "unknown":
-        snapshot, sure, said = _aligned(scene, snapshot)
+    sure, said, alignment = 1.0, list[str](), None
+    if frame == "unknown" or anchor is not None:
+        alignment = align(scene, snapshot, anchor)
+        snapshot = replace(alignment.apply(snapshot), world=scene.world)
+        sure, said = alignment.confidence, _doubts(alignment, anchor)
+    whole = snapshot
     if checks:
         findings = check(scene, snapshot)
         said += [one.said for one in findings]
@@ -68,7 +100,21 @@ def identify(
     # If the snapshot does not mean what it says, every answer is as probable as any other.
     any_answer = (1 - sure) / (len(answer.candidates or scene.layout) + 1)
     answer = _explained(answer, scene, snapshot, kept)
-    return _whole(answer, kept, reasons, tuple(said), (sure, any_answer))
+    return InFrame(_whole(answer, kept, reasons, tuple(said), (sure, any_answer)), whole, alignment)
+
+
+def known_frame(frame: str) -> None:
+    """See that it is one of `FRAMES`.
+
+    Raises:
+        OptionError: it is not; says where a world's frame is given if it is one.
+    """
+    if frame in FRAMES:
+        return
+    expected = f"must be one of {', '.join(FRAMES)}"
+    if frame in WORLD_FRAMES or frame_hint(frame):
+        expected += "; the frame of a file's axes is a field of the file, or frame of World in Python"
+    raise OptionError("frame", expected, frame)
 
 
 def usable(scene: Scene, snapshot: Snapshot) -> tuple[Snapshot, tuple[str | None, ...]]:
@@ -119,6 +165,9 @@ def _rule(reid: Any, scene: Scene) -> Reidentifier:
     if isinstance(reid, str):
         return load_reid(reid)(scene)
     if isinstance(reid, Reidentifier) and not isinstance(reid, type):
+        if not _knows(scene, getattr(reid, "scene", scene)):
+            expected = "must be made for this scene: its labels stand elsewhere, or are others"
+            raise OptionError("reid", expected, reid)
         return as_reidentifier(reid, scene)
     if callable(reid):
         made = reid(scene)
@@ -127,15 +176,30 @@ def _rule(reid: Any, scene: Scene) -> Reidentifier:
     raise OptionError("reid", "must be a name, a Reidentifier, or what makes one for a scene", reid)
 
 
-def _aligned(scene: Scene, snapshot: Snapshot) -> tuple[Snapshot, float, list[str]]:
-    """The snapshot in the scene's frame, how sure that is, and what is to be said of it."""
-    found = align(scene, snapshot)
-    said = list[str]()
-    if not found.certain:
-        others = f", as {len(found.alternatives)} others may be" if found.alternatives else ""
-        sure = f"the snapshot's frame is right with a probability of {found.confidence:.0%}{others}"
-        said.append(f"{sure}: {found.reason}; align(..., anchor=...) takes one pose known in both frames")
-    return found.apply(snapshot), found.confidence, said
+def _knows(scene: Scene, other: Scene) -> bool:
+    """Whether another scene has the same layout."""
+    if other is scene or other.layout is scene.layout:
+        return True
+    mine, theirs = vars(scene.layout), vars(other.layout)
+    names = [field.name for field in fields(scene.layout)]
+    return all(
+        np.array_equal(mine[name], theirs[name], equal_nan=True)
+        if isinstance(mine[name], np.ndarray)
+        else mine[name] == theirs[name]
+        for name in names
+    )
+
+
+def _doubts(found: Alignment, anchor: tuple[Pose, Pose] | None) -> list[str]:
+    """What is to be said of a frame that was found."""
+    if anchor is not None and not found.anchored:
+        sure = f"with a probability of {found.confidence:.0%}"
+        return [f"the anchor is not believed: what stands where says that the frame is another one, {sure}"]
+    if found.certain:
+        return []
+    others = f", as {len(found.alternatives)} others may be" if found.alternatives else ""
+    sure = f"the snapshot's frame is right with a probability of {found.confidence:.0%}{others}"
+    return [f"{sure}: {found.reason}; anchor=... takes one pose known in both frames"]
 
 
 def _without_sizes(snapshot: Snapshot, wrong: list[int]) -> Snapshot:

@@ -8,6 +8,7 @@ from functools import partial
 from importlib import import_module
 from inspect import signature
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from farm_ar.errors import OptionError
@@ -81,18 +82,27 @@ def load_reid(name: str, field: str = "reid") -> ReidFactory:
     here = str(Path.cwd())
     if here not in sys.path:
         sys.path.append(here)
-    problem = OptionError(
-        field, "must be module:Class, of a class at the top of a module in this folder or on PYTHONPATH", name
-    )
     try:
-        make = getattr(import_module(module), attribute, None)
+        found = import_module(module)
     except ImportError as missing:
         if missing.name is None or not (module + ".").startswith(missing.name + "."):
             raise
-        raise problem from None
+        expected = f"must name a module in this folder or on PYTHONPATH: there is no {missing.name}"
+        raise OptionError(field, expected, name) from None
+    make = getattr(found, attribute, None)
     if not callable(make):
-        raise problem
+        raise OptionError(field, f"must name a class at the top of {module}{_classes_of(found)}", name)
     return partial(_made, make, name, field)
+
+
+def _classes_of(module: ModuleType) -> str:
+    """The classes that a module defines, as a hint."""
+    own = [
+        key
+        for key, value in vars(module).items()
+        if isinstance(value, type) and value.__module__ == module.__name__ and not key.startswith("_")
+    ]
+    return f", one of {', '.join(own)}" if own else ", which defines none"
 
 
 def _made(make: Callable[[Scene], Any], name: str, field: str, scene: Scene) -> Reidentifier:

@@ -67,7 +67,7 @@ def load_scene_csv(path: str | os.PathLike[str], room_size: tuple[float, float] 
     """
     table = _Table(path, SceneError, ("fixed",))
     scene = table.read(scene_from_dict, {"objects": table.entries("label")})
-    return Scene(Path(path).stem, room_size, scene.layout)
+    return Scene(Path(path).stem, room_size, scene.layout, world=scene.world)
 
 
 def load_snapshot_csv(path: str | os.PathLike[str], camera: Camera) -> Snapshot:

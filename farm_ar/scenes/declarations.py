@@ -24,7 +24,7 @@ from farm_ar.scenes.documents import (
     Text,
 )
 from farm_ar.scenes.files import degrees
-from farm_ar.scenes.worlds import CAMERA_AXES, UNITS, WORLD_FRAMES
+from farm_ar.scenes.worlds import UNITS, WORLD_FRAMES, frame_hint
 
 UP_AND_DOWN = ("fov_up_deg", "fov_down_deg")
 
@@ -52,7 +52,7 @@ _POINT_IN_SPACE = Numbers(3, _FAR, "[x, y, z]")
 _WORLD: dict[str, Kind] = {
     "frame": Text(
         WORLD_FRAMES,
-        {"opencv": CAMERA_AXES},
+        frame_hint,
         default="unity",
         about="unity: x right, y up, z forward, yaw clockwise from above. openxr (WebXR, ARKit, ARCore): x "
         "right, y up, z backward, yaw counter-clockwise. ros: x forward, y left, z up, yaw likewise. "

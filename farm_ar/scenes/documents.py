@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 from typing import Any, TypeVar
@@ -143,20 +143,19 @@ class Text(Kind):
 
     Args:
         choices: the strings.
-        hints: what is said of some other strings, in place of the choices.
+        hint: what is said of another string, in place of the choices; None where nothing is.
     """
 
     choices: tuple[str, ...] = ()
-    hints: Mapping[str, str] = field(default_factory=dict)
+    hint: Callable[[str], str | None] | None = None
 
     def check(self, value: object) -> str:
         """See `Kind`."""
         if not isinstance(value, str) or not value:
             raise MismatchError("must be a non-empty string", value)
-        if self.choices and value in self.hints:
-            raise MismatchError(self.hints[value], value)
         if self.choices and value not in self.choices:
-            raise MismatchError(f"must be one of {', '.join(self.choices)}", value)
+            hint = self.hint and self.hint(value)
+            raise MismatchError(hint or f"must be one of {', '.join(self.choices)}", value)
         if not is_text(value):
             raise MismatchError("must be Unicode text, without half of a surrogate pair", value)
         return value
@@ -399,7 +398,30 @@ class Object(Kind):
         if self.either and not any(value.keys() >= set(group) for group in self.either):
             usual = self.either[0]
             missing = next(name for name in usual if name not in value)
-            raise self._missing(self.fields[missing]).inside(missing)
+            problem = self._missing(self.fields[missing])
+            others = self._in_place_of(missing, value)
+            said = [f"{' or '.join(others)} in its place"] if others else []
+            said += [
+                f"{name} in place of the pose" for name in self._alone() if name not in (missing, *others)
+            ]
+            if said:
+                problem.expected += f" (or give {', or '.join(said)})"
+            raise problem.inside(missing)
+
+    def _alone(self) -> list[str]:
+        """Fields that would do without any of the others."""
+        return [group[0] for group in self.either if len(group) == 1]
+
+    def _in_place_of(self, missing: str, value: Mapping[str, object]) -> list[str]:
+        """Fields that would do in place of a missing one, with nothing else."""
+        same = {name for group in self.exclusive if missing in group for name in group} - {missing}
+        return [name for name in self.fields if name in same and self._would_do(name, value)]
+
+    def _would_do(self, name: str, value: Mapping[str, object]) -> bool:
+        there = value.keys() | {name}
+        return any(there >= set(group) for group in self.either) and not any(
+            name in group and there & set(group) - {name} for group in self.exclusive
+        )
 
     @staticmethod
     def _missing(kind: Kind) -> MismatchError:

@@ -105,6 +105,7 @@ def scene_from_dict(data: object, source: str | None = None, default_name: str =
             ],
             symmetry={name: radians(angle) for name, angle in (values["symmetry_deg"] or {}).items()},
             bounds=reader.bounds(),
+            world=reader.world,
         )
     except SceneError as problem:  # from a constructor, which does not know the file
         raise SceneError(problem.field, problem.expected, problem.got, source) from None
@@ -163,7 +164,8 @@ def snapshot_from_dict(data: object, source: str | None = None) -> Snapshot:
             elevation=poses.elevation,
             size=reader.sizes(("detections",), seen),
         )
-        return Snapshot(camera, detections, reader.values["timestamp"])
+        assumed = reader.left_out("camera", ("fov_left_deg",), ("fov_right_deg",), ("range_m", "range"))
+        return Snapshot(camera, detections, reader.values["timestamp"], reader.world, assumed)
     except SnapshotError as problem:  # from a constructor, which does not know the file
         raise SnapshotError(problem.field, problem.expected, problem.got, source) from None
 

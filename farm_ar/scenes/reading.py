@@ -31,7 +31,7 @@ class Reader:
     """
 
     def __init__(self, document: Document, raw: object, source: str | None) -> None:
-        self.document, self.source = document, source
+        self.document, self.source, self._raw = document, source, raw
         self.values: Values = document.read(raw, source)
         origin = self.values["origin"]
         heading = 0.0
@@ -52,6 +52,11 @@ class Reader:
     def fail(self, path: Place, expected: str, got: object) -> InputError:
         """The error for one field."""
         return self.document.fail(path, expected, got, self.source)
+
+    def left_out(self, part: str, *fields: tuple[str, ...]) -> tuple[str, ...]:
+        """The first name of each of some fields of a part that the file gives under none of its names."""
+        given = self._raw.get(part, {}) if isinstance(self._raw, dict) else {}
+        return tuple(names[0] for names in fields if given.keys().isdisjoint(names))
 
     def poses(self, path: Place, entries: Sequence[Values]) -> Poses:
         """Poses of N entries of a list at `path`; the heading is NaN where it is not given."""

@@ -17,6 +17,7 @@ from farm_ar.scenes.bounds import Bounds, turned
 from farm_ar.scenes.camera import PAPER_FIELD_OF_VIEW, CameraPath, FieldOfView
 from farm_ar.scenes.documents import is_text
 from farm_ar.scenes.layout import Layout
+from farm_ar.scenes.worlds import OURS, World
 
 
 @dataclass(frozen=True)
@@ -102,6 +103,7 @@ class Scene(Record):
         symmetry: period in radians, 0 to 2 pi, of the categories that look the same when turned by it; 0 for
             those that look the same however they are turned.
         bounds: within which the objects stand, wherever that is; None where they are not known.
+        world: how its file writes poses, for what is said of them; our own frame and metres by default.
 
     Raises:
         SceneError: a value is out of its limits, two sites share a name or a place, or a size is given beside
@@ -118,6 +120,7 @@ class Scene(Record):
     templates: tuple[Template, ...]
     symmetry: Mapping[str, float]
     bounds: Bounds | None
+    world: World
 
     def __init__(
         self,
@@ -132,6 +135,7 @@ class Scene(Record):
         templates: Iterable[Template] = (),
         symmetry: Mapping[str, float] = MappingProxyType({}),
         bounds: Bounds | None = None,
+        world: World = OURS,
     ) -> None:
         for field, value in locals().items():
             if field not in ("self", "size"):
@@ -211,6 +215,7 @@ class Scene(Record):
             camera_path=path and CameraPath(there(path.points), path.closed),
             templates=tuple(Template(one.category, one.yaw + turn, one.size) for one in self.templates),
             bounds=self.bounds and self.bounds.moved(shift, turn),
+            world=OURS,
         )
 
     def in_room(self) -> Scene:

@@ -24,6 +24,7 @@ from farm_ar.errors import SnapshotError
 from farm_ar.scenes.camera import Camera
 from farm_ar.scenes.documents import is_text
 from farm_ar.scenes.layout import unknown
+from farm_ar.scenes.worlds import OURS, World
 
 UNKNOWN = -1
 """Code of a category that is not known, and index of a label that is none."""
@@ -45,6 +46,8 @@ class Detections(Record):
         ids: N names of the detections, distinct and not empty; "0", "1", ... by default.
         track_id: N names that a tracker keeps from one snapshot to the next, distinct and not empty; None for
             a detection without one. All without one by default.
+        broken: N reasons why a pose cannot be used, whose position is then NaN; None for a sound one, as by
+            default.
 
     Raises:
         SnapshotError: a value is out of its limits, a category or a name is empty, a name is repeated, or the
@@ -59,6 +62,7 @@ class Detections(Record):
     confidence: FloatArray = None  # type: ignore[assignment]
     ids: tuple[str, ...] = None  # type: ignore[assignment]
     track_id: tuple[str | None, ...] = None  # type: ignore[assignment]
+    broken: tuple[str | None, ...] = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
         n = len(self.category)
@@ -67,6 +71,7 @@ class Detections(Record):
         object.__setattr__(self, "ids", ids)
         tracks = (None,) * n if self.track_id is None else tuple(self.track_id)
         object.__setattr__(self, "track_id", tracks)
+        object.__setattr__(self, "broken", (None,) * n if self.broken is None else tuple(self.broken))
         self._check_names()
         shapes = {"position": (n, 2), "yaw": (n,), "size": (n, 3), "elevation": (n,), "confidence": (n,)}
         defaults = {"elevation": 0.0, "confidence": 1.0}
@@ -78,7 +83,11 @@ class Detections(Record):
             if array.shape != shape:
                 raise SnapshotError(f"detections.{name}", f"must have shape {shape}", array.shape)
             object.__setattr__(self, name, array)
-            where = first_wrong(_LIMITS[name].allow(array) | unknown(name, array))
+            right = _LIMITS[name].allow(array) | unknown(name, array)
+            if name != "confidence":
+                for i in self.faulty:
+                    right[i] = right[i] | np.isnan(array[i])
+            where = first_wrong(right)
             if where is not None:
                 field = f"detections[{where[0]}].{name}"
                 raise SnapshotError(field, _LIMITS[name].expected, array[where[0]].tolist())
@@ -90,6 +99,8 @@ class Detections(Record):
         n, ids = len(self.category), self.ids
         if len(set(ids)) != n or len(ids) != n or not all(map(is_text, ids)):
             raise SnapshotError("detections.id", f"must be {n} different names", list(ids))
+        if len(self.broken) != n:
+            raise SnapshotError("detections.broken", f"must be {n} reasons, or None for each", self.broken)
         tracks = [track for track in self.track_id if track is not None]
         right = len(set(tracks)) == len(tracks) and all(map(is_text, tracks))
         if not right or len(self.track_id) != n:
@@ -98,6 +109,11 @@ class Detections(Record):
 
     def __len__(self) -> int:
         return len(self.category)
+
+    @property
+    def faulty(self) -> tuple[int, ...]:
+        """The detections whose pose cannot be used."""
+        return tuple([i for i, reason in enumerate(self.broken or ()) if reason is not None])
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,6 +124,8 @@ class Snapshot(Record):
         camera: where it was taken from.
         detections: what was seen.
         timestamp: when, in seconds from any moment; None where not known.
+        world: how its file writes poses, for what is said of them; our own frame and metres by default.
+        assumed: fields of the camera's view that its file does not give, so that the paper's are taken.
 
     Raises:
         SnapshotError: the camera is a batch of cameras, or the time is not a finite number.
@@ -116,6 +134,8 @@ class Snapshot(Record):
     camera: Camera
     detections: Detections
     timestamp: float | None = None
+    world: World = OURS
+    assumed: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if self.timestamp is not None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -30,24 +31,32 @@ def read_snapshots(stream: BinaryIO, name: str = "standard input") -> Iterator[S
         stream: UTF-8, with or without a byte order mark.
         name: what errors call it.
     """
+    for _, found in numbered_snapshots(stream, name):
+        yield found
+
+
+def numbered_snapshots(
+    stream: BinaryIO, name: str = "standard input"
+) -> Iterator[tuple[int, Snapshot | InputError]]:
+    """What `read_snapshots` gives, each with the number of the line where it begins; 0 for no line."""
     number = 0
     for number, text in _documents(stream):
         where = f"{name}: line {number}"
         if isinstance(text, str):
             try:
-                yield tolerant_snapshot(json_in(text), where)
+                yield number, tolerant_snapshot(json_in(text), where)
             except SnapshotError as problem:
-                yield problem
+                yield number, problem
             except (ValueError, RecursionError) as problem:
-                yield SnapshotError("file", "must be JSON", str(problem), where)
+                yield number, SnapshotError("file", "must be JSON", str(problem), where)
         else:
-            yield SnapshotError("file", text[0], text[1], where)
+            yield number, SnapshotError("file", text[0], text[1], where)
     if not number:
-        yield SnapshotError("file", "must hold at least one snapshot", "nothing", name)
+        yield 0, SnapshotError("file", "must hold at least one snapshot", "nothing", name)
 
 
 def tolerant_snapshot(data: object, source: str | None = None) -> Snapshot:
-    """A snapshot of which some detections may have a broken pose, which becomes NaN.
+    """A snapshot of which some detections may have a broken pose, which becomes NaN, with the reason.
 
     Raises:
         SnapshotError: anything else cannot be used; names the field.
@@ -58,24 +67,26 @@ def tolerant_snapshot(data: object, source: str | None = None) -> Snapshot:
         if not _OF_POSE.fullmatch(problem.field):
             raise
     assert isinstance(data, Mapping)
-    entries, broken = list(data["detections"]), []
+    entries, broken = list(data["detections"]), dict[int, str]()
     for i, entry in enumerate(entries):
         try:
             snapshot_from_dict({**data, "detections": [entry]}, source)
         except SnapshotError as problem:
-            if not _OF_POSE.fullmatch(problem.field):
+            if not (field := _OF_POSE.fullmatch(problem.field)):
                 continue  # the whole snapshot, read below, says where it is
-            broken.append(i)
+            alone = SnapshotError(problem.field[field.start(2) :], problem.expected, problem.got)
+            broken[i] = str(alone)
             rest = {key: value for key, value in entry.items() if key not in POSE_FIELDS}
             entries[i] = rest | dict.fromkeys("xy" if data.get("frame") == "ros" else "xz", 0.0)
     snapshot = snapshot_from_dict({**data, "detections": entries}, source)
     seen = snapshot.detections
     changes: dict[str, Any] = {}
-    for field in ("position", "yaw", "size", "elevation"):
-        values = np.array(getattr(seen, field))
-        values[broken] = np.nan
-        changes[field] = values
-    return Snapshot(snapshot.camera, Detections.trusted(**vars(seen) | changes), snapshot.timestamp)
+    for name in ("position", "yaw", "size", "elevation"):
+        values = np.array(getattr(seen, name))
+        values[list(broken)] = np.nan
+        changes[name] = values
+    changes["broken"] = tuple([broken.get(i) for i in range(len(seen))])
+    return replace(snapshot, detections=Detections.trusted(**vars(seen) | changes))
 
 
 def _documents(stream: BinaryIO) -> Iterator[tuple[int, str | tuple[str, str]]]:

@@ -19,7 +19,29 @@ from farm_ar.scenes.bounds import turned
 WORLD_FRAMES = ("unity", "openxr", "ros")
 """Frames that a world may be written in; OpenXR's is that of WebXR, ARKit and ARCore, too."""
 
-CAMERA_AXES = "must be a world's frame (unity, openxr or ros): opencv is a camera's axes, with y down"
+_OTHER_NAMES = {
+    "unity": ("unity3d", "arfoundation", "mrtk", "babylonjs"),
+    "openxr": ("webxr", "arkit", "arcore", "realitykit", "visionos", "threejs", "opengl", "openvr", "godot"),
+    "ros": ("ros1", "ros2", "rep103", "rviz", "nav2", "gazebo", "enu"),
+}
+"""Names by which the same frames go elsewhere."""
+
+_NOT_THE_SAME = {
+    "opencv": "must be a world's frame (unity, openxr or ros): opencv is a camera's axes, with y down",
+    "unreal": "must be one of unity, openxr, ros: as unity, give Unreal's Y, Z, X as x, y, z, and units cm",
+}
+
+
+def frame_hint(name: str) -> str | None:
+    """What is said of a frame's name that is not one of `WORLD_FRAMES`; None for one never heard of."""
+    plain = "".join(sign for sign in name.lower() if sign.isalnum())
+    for frame, others in _OTHER_NAMES.items():
+        if plain == frame:
+            return f"must be {frame}, written like this"
+        if plain in others:
+            return f"must be {frame}, which is that frame's name here"
+    return _NOT_THE_SAME.get("unreal" if plain.startswith(("unreal", "ue4", "ue5")) else plain)
+
 
 UNITS: dict[str, tuple[float, float]] = {
     "m": (1.0, 1.0),
@@ -31,6 +53,15 @@ UNITS: dict[str, tuple[float, float]] = {
     "yd": (9144.0, 10_000.0),
 }
 """Metres in a unit, as a fraction, so that 35 cm is the same number as 0.35 m."""
+
+DECIMALS = {"m": 2, "cm": 1, "mm": 0, "km": 5, "in": 2, "ft": 2, "yd": 2}
+"""Decimals of lengths and places that are printed."""
+
+_YAW = {
+    "unity": "clockwise from above, 0 along +z",
+    "openxr": "counter-clockwise from above, 0 along -z",
+    "ros": "counter-clockwise from above, 0 along +x",
+}
 
 UNIT_LENGTH = 0.01
 """By how much the length of a quaternion, or a column of a matrix, may differ from 1."""
@@ -66,8 +97,8 @@ class World:
     heading: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.frame == "opencv":
-            raise SceneError("frame", CAMERA_AXES, self.frame)
+        if self.frame not in WORLD_FRAMES and (hint := frame_hint(str(self.frame))):
+            raise SceneError("frame", hint, self.frame)
         known_name("frame", self.frame, WORLD_FRAMES)
         known_name("units", self.units, UNITS)
 
@@ -80,6 +111,53 @@ class World:
     def up(self) -> int:
         """Which of x, y and z is the height."""
         return 2 if self.frame == "ros" else 1
+
+    @property
+    def floor_axes(self) -> tuple[str, str]:
+        """The names of the axes along our x and z."""
+        return ("y", "x") if self.frame == "ros" else ("x", "z")
+
+    @property
+    def yaw_words(self) -> str:
+        """How a heading counts, in words."""
+        return _YAW[self.frame]
+
+    @property
+    def plain(self) -> World:
+        """The same axes and units, without an origin of its own."""
+        return World(self.frame, self.units)
+
+    def in_units(self, metres: npt.ArrayLike) -> FloatArray:
+        """Lengths in its units, from metres."""
+        times, over = UNITS[self.units]
+        array = np.asarray(metres, dtype=np.float64)
+        return array if times == over else array * over / times
+
+    def length(self, metres: float) -> str:
+        """A length in words, with its unit, to about a centimetre."""
+        return f"{float(self.in_units(metres)):.{DECIMALS[self.units]}f} {self.units}"
+
+    def floor_of(self, position: npt.ArrayLike) -> FloatArray:
+        """(..., 2) points as its files give them, of our (x, z) in metres: the inverse of `floor`."""
+        ours = np.asarray(position, dtype=np.float64)
+        full = np.stack([ours[..., 0], np.zeros(ours.shape[:-1]), ours[..., 1]], axis=-1)
+        if any(self.origin):
+            full = full - self._axes(self.lengths(self.origin))
+        if self.heading:
+            level = turned(full[..., [0, 2]], -float(self._sense(np.asarray(self.heading))))
+            full = np.stack([level[..., 0], full[..., 1], level[..., 1]], axis=-1)
+        theirs = full if self.frame == "unity" else convert_points(full, "unity", self.frame)
+        return self.in_units(theirs)[..., list(self.plane)]
+
+    def yaws_of(self, yaw: npt.ArrayLike) -> FloatArray:
+        """(...) headings as its files give them, radians: the inverse of `yaws`."""
+        ours = np.asarray(yaw, dtype=np.float64)
+        return self._sense(ours - self._sense(np.asarray(self.heading)) if self.heading else ours)
+
+    def point(self, position: npt.ArrayLike) -> str:
+        """A place (2,) of ours as its files give it, in words."""
+        first, second = self.floor_of(position).tolist()
+        return f"({first:z.4g}, {second:z.4g})"
 
     def lengths(self, values: npt.ArrayLike) -> FloatArray:
         """Lengths in metres."""
@@ -180,6 +258,10 @@ class World:
     def _sense(self, yaw: FloatArray) -> FloatArray:
         """Yaws by our sense of turning: left-handed frames turn as ours does."""
         return yaw if self.frame == "unity" else 0.0 - yaw
+
+
+OURS = World()
+"""Our own frame and metres."""
 
 
 def rotation_of(quaternion: npt.ArrayLike) -> FloatArray:

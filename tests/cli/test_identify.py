@@ -75,6 +75,7 @@ def expected(found, seen):
         "candidates": list(found.candidates),
         "sites": list(found.sites),
         "widened": found.widened,
+        "world": {"frame": "unity", "units": "m"},
     }
 
 
@@ -330,10 +331,6 @@ def test_plot_leaves_json_alone(identify, tmp_path):
             f"OptionError: --reid: must be one of {NAMES}, or module:Class of your own, got 'guess'",
         ),
         (
-            ["--reid", "nearest", "--explain", "d1"],
-            "OptionError: --explain: must be with --reid spatial or likelihood, got 'd1'",
-        ),
-        (
             ["--min-confidence", ".5"],
             "OptionError: --min-confidence: must not be given with --reid spatial",
         ),
@@ -363,7 +360,7 @@ def test_plot_leaves_json_alone(identify, tmp_path):
         ),
         (
             ["--reid", "farm_ar.reid:Nobody"],
-            "OptionError: --reid: must be module:Class, of a class at the top of a module in this",
+            "OptionError: --reid: must name a class at the top of farm_ar.reid, which defines none, got",
         ),
         (
             ["--reid", "nearest", "--solver", "mip"],

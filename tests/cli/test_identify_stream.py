@@ -31,6 +31,7 @@ def test_each_snapshot_is_answered_in_a_line_as_its_file_is(ask, run, before, se
     assert result.exit_code == 0
     answers = [json.loads(one) for one in result.stdout.splitlines()]
     assert len(answers) == 3
+    assert [answer.pop("line") for answer in answers] == [1, 2, len(seen.read_text().splitlines()) + 3]
     for answer in answers:
         assert {k: v for k, v in answer.items() if k != "solve_time_s"} == {
             k: v for k, v in alone.items() if k != "solve_time_s"
@@ -84,7 +85,17 @@ def test_a_broken_pose_has_no_label_but_a_reason_and_the_others_are_as_without_i
     without, answer = (json.loads(one) for one in result.stdout.splitlines())
     assert answer["labels"] == [None, *without["labels"]]
     assert answer["confidence"][1:] == without["confidence"]
-    assert answer["reasons"][0].startswith("its pose is broken")
+    assert answer["reasons"][0] == "its pose is broken: x: must be a number from -1e9 to 1e9, got None"
+
+
+def test_a_warning_names_the_line_that_it_is_about(ask, seen):
+    far = json.loads(seen.read_text())
+    far["detections"][0] |= {"x": 90.0}
+    result = ask(f"{line(seen)}\n\n{json.dumps(far)}\n")
+    said = result.stderr.splitlines()
+    assert said
+    assert all(one.startswith("Warning: line 3: 1 detection of 6 outside the ") for one in said)
+    assert "Method: adaptive, line 3" in result.stdout.splitlines()
 
 
 def test_an_answer_comes_before_the_next_snapshot_is_sent(before, seen):

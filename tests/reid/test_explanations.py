@@ -1,12 +1,15 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from farm_ar.errors import SnapshotError
 from farm_ar.reid import (
+    REIDENTIFIERS,
+    AdaptiveReid,
     LikelihoodOptions,
     LikelihoodReid,
     Motion,
@@ -16,7 +19,7 @@ from farm_ar.reid import (
     alternatives,
     explain,
 )
-from farm_ar.scenes import Camera, Detections, Layout, Scene, Snapshot, Weights
+from farm_ar.scenes import Camera, Detections, FieldOfView, Layout, Scene, Snapshot, Weights, World
 
 
 @pytest.fixture
@@ -88,6 +91,63 @@ def test_without_a_label_or_a_runner_up_there_is_little_to_say(scene):
         .words()
         .endswith("without that label it would have none.")
     )
+
+
+@pytest.mark.parametrize("name", sorted(REIDENTIFIERS))
+def test_every_method_explains_its_label_with_the_next_best(name, scene):
+    reid, seen = REIDENTIFIERS[name](scene), replace(snapshot((1.05, 1.0, 2.0)), world=World("ros", "cm"))
+    answer = reid.identify(seen)
+    found = explain(reid, seen, 0)
+    if name == "last-known":  # takes a thing for nothing that is not where it was
+        assert (
+            found.words()
+            == "0 is none of the labels; the likeliest would be desk chair, moved 5.0 cm and turned 2°."
+        )
+        return
+    assert found.given is not None
+    assert answer.labels == ("desk chair",)
+    words = found.words()
+    assert words.startswith("0 is desk chair, moved 5.0 cm and turned 2°")
+    other = "spare chair, moved 195.0 cm and turned 88°"
+    if answer.probability is None:
+        assert other in words
+    else:
+        row = dict(zip(answer.candidates, answer.probability[0], strict=False))
+        assert found.given.probability == row["desk chair"]
+        assert [one.probability for one in found.others] == [p for p in [row["spare chair"]] if p >= 0.01]
+        assert (other in words) == (row["spare chair"] >= 0.01 or bool(found.given.terms))
+        assert found.none == pytest.approx(answer.probability[0, -1])
+        assert f"desk chair, moved 5.0 cm and turned 2° ({row['desk chair']:.2f})" in words
+
+
+def test_adaptive_says_which_motions_it_believed_in():
+    rng = np.random.default_rng(5)
+    position = np.array([(x, z) for x in range(4) for z in range(3)], dtype=float) * (2.0, 2.4)
+    position += rng.normal(0, 0.3, position.shape)
+    yaw = rng.uniform(-3, 3, 12)
+    layout = Layout(tuple("abcdefghijkl"), ("chair",) * 12, position, yaw, np.full((12, 3), 0.5))
+    scene = Scene("grid", None, layout)
+    camera = Camera(np.array([3.0, 3.0]), np.array(0.0), FieldOfView(np.pi, np.pi, 50.0))
+
+    def told(shift, turn):
+        seen = Detections(("chair",) * 12, position + shift, yaw + turn, layout.size)
+        return explain(AdaptiveReid(scene), Snapshot(camera, seen), "3").believed
+
+    alone = told(rng.normal(0, 0.02, (12, 2)), rng.normal(0, 0.05, 12))
+    assert alone[0].startswith("Believed of how each thing moved: on its own, by about 0.0")
+    assert alone[1].startswith("Headings were believed to be kept to about 4°")
+    together = told(np.array([0.7, -0.5]) + rng.normal(0, 0.01, (12, 2)), rng.normal(0, 0.05, 12))
+    assert together[0].startswith("Believed of how each thing moved: all by one shift")
+    blind = told(rng.normal(0, 0.05, (12, 2)), rng.uniform(-np.pi, np.pi, 12))
+    assert blind[1].startswith("Headings were believed to tell nothing")
+
+
+def test_adaptive_says_why_a_detection_is_none(scene):
+    seen = snapshot((1.05, 1.0, 2.0), (3.02, 1.0, 91.0), (2.0, 3.5, 180.0))
+    found = explain(AdaptiveReid(scene), seen, "2")
+    assert found.given is None
+    assert found.none == pytest.approx(found.confidence)
+    assert found.words().startswith(f"2 is none of the labels (probability {found.confidence:.2f})")
 
 
 @pytest.mark.parametrize("detection", [2, -1, "seven"])

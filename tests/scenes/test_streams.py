@@ -76,19 +76,20 @@ def test_an_empty_stream_is_an_error(text):
 
 
 @pytest.mark.parametrize(
-    "broken",
+    ("broken", "reason"),
     [
-        {"x": None, "z": 1},
-        {"x": float("nan"), "z": 1},
-        {"x": 1e300, "z": 1},
-        {"x": 5e6, "z": 1},
-        {"x": 1},
-        {"x": 1, "z": 1, "quaternion": [0, 0, 0, 0]},
-        {"matrix": np.zeros((4, 4)).tolist()},
-        {"x": 1, "z": 1, "size_whd": [0, 1, 1]},
+        ({"x": None, "z": 1}, "x: must be a number from -1e9 to 1e9, got None"),
+        ({"x": float("nan"), "z": 1}, "x: must be a number from -1e9 to 1e9, got nan"),
+        ({"x": 1e300, "z": 1}, "x: must be a number from -1e9 to 1e9, got 1e+300"),
+        ({"x": 5e6, "z": 1}, "x: must be "),
+        ({"x": 1}, "z: must be a number "),
+        ({"x": 1, "z": 1, "quaternion": [0, 0, 0, 0]}, "quaternion: must be a unit quaternion "),
+        ({"x": 1, "z": 1, "quaternion": [0, None, 0, 1]}, "quaternion: must be 4 numbers [x, y, z, w], got"),
+        ({"matrix": np.zeros((4, 4)).tolist()}, "matrix: must be 4 rows"),
+        ({"x": 1, "z": 1, "size_whd": [0, 1, 1]}, "size_whd: must be 3 positive numbers"),
     ],
 )
-def test_a_broken_pose_leaves_the_others_as_they_are(broken):
+def test_a_broken_pose_names_its_field_and_leaves_the_others_as_they_are(broken, reason):
     file = snapshot()
     file["detections"].insert(1, {"id": "lost", "category": "chair", **broken})
     (found,) = read_snapshots(io.BytesIO(json.dumps(file).encode()))
@@ -97,6 +98,8 @@ def test_a_broken_pose_leaves_the_others_as_they_are(broken):
     assert seen.category == (None, "chair", None)
     assert np.isnan(seen.position).tolist() == [[False] * 2, [True] * 2, [False] * 2]
     assert seen.yaw[2] == pytest.approx(np.pi / 6)
+    assert (seen.broken[0], seen.broken[2]) == (None, None)
+    assert seen.broken[1].startswith(reason)
 
 
 def test_what_else_is_wrong_with_a_detection_is_an_error():

@@ -22,6 +22,7 @@ from farm_ar.scenes import (
     snapshot_to_dict,
 )
 from farm_ar.scenes.json_files import SCENE, SNAPSHOT, scene_to_dict
+from farm_ar.scenes.worlds import DECIMALS
 
 METRES = {"m": 1, "cm": 0.01, "mm": 0.001, "km": 1000, "in": 0.0254, "ft": 0.3048, "yd": 0.9144}
 LEVEL = {"unity": "xz", "openxr": "xz", "ros": "xy"}
@@ -269,7 +270,12 @@ def test_a_broken_pose_is_refused_by_name(file, message):
     ("changes", "message"),
     [
         ({"frame": "opencv"}, r"frame: must be a world's frame .*: opencv is a camera's axes"),
-        ({"frame": "webxr"}, r"frame: must be one of unity, openxr, ros, got 'webxr'"),
+        ({"frame": "webxr"}, r"frame: must be openxr, which is that frame's name here, got 'webxr'"),
+        ({"frame": "ARKit"}, r"frame: must be openxr, which is that frame's name here, got 'ARKit'"),
+        ({"frame": "ros2"}, r"frame: must be ros, which is that frame's name here, got 'ros2'"),
+        ({"frame": "Unity"}, r"frame: must be unity, written like this, got 'Unity'"),
+        ({"frame": "unreal"}, r"frame: must be one of .*: as unity, give Unreal's Y, Z, X as x, y, z"),
+        ({"frame": "blender"}, r"frame: must be one of unity, openxr, ros, got 'blender'"),
         ({"units": "cm"}, r"size_m: must not be there beside units cm: .* as size, got \[5, 4\]"),
         ({"units": "furlong"}, r"units: must be one of m, cm, "),
         ({"size": [5, 4]}, r"size: must not be there beside size_m"),
@@ -427,3 +433,50 @@ def test_whatever_stands_anywhere_is_read_or_refused_and_what_is_read_fits_the_s
     else:
         assert wrong.startswith("file.json: ")
         assert "\n" not in wrong
+
+
+@given(
+    st.sampled_from(["unity", "openxr", "ros"]),
+    st.sampled_from(list(METRES)),
+    st.tuples(*3 * [st.floats(-50, 50)]),
+    st.floats(-4, 4),
+    st.tuples(*2 * [st.floats(-1000, 1000)]),
+    st.floats(-7, 7),
+)
+def test_what_is_printed_is_what_the_file_gave(frame, units, origin, heading, place, yaw):
+    world = World(frame, units, origin, heading)
+    np.testing.assert_allclose(world.floor_of(world.floor(place)), place, rtol=1e-9, atol=1e-7)
+    assert world.yaws_of(world.yaws(yaw)) == pytest.approx(yaw, abs=1e-12)
+    assert World(frame, units).length(1.0) == f"{1 / METRES[units]:.{DECIMALS[units]}f} {units}"
+
+
+@pytest.mark.parametrize(
+    ("camera", "message"),
+    [
+        (
+            {"x": 1, "z": 1},
+            r"yaw_deg: .* \(or give yaw_rad or quaternion in its place, or matrix in",
+        ),
+        (
+            {"x": 1, "yaw_deg": 1},
+            r"z: must be a number .* \(or give matrix in place of the pose\)",
+        ),
+        ({}, r"x: must be a number .* \(or give matrix in its place\)"),
+    ],
+)
+def test_a_pose_that_lacks_something_is_refused_with_what_else_would_do(camera, message):
+    with pytest.raises(SnapshotError, match=f"^camera.{message}"):
+        snapshot_from_dict({"camera": camera, "detections": []})
+
+
+def test_a_view_that_a_file_does_not_give_is_marked_as_assumed():
+    camera = {"x": 0, "z": 0, "yaw_deg": 0}
+    assumed = [
+        snapshot_from_dict({"units": "cm", "camera": {**camera, **view}, "detections": []}).assumed
+        for view in ({}, {"range": 300}, {"fov_left_deg": 35, "fov_right_deg": 34})
+    ]
+    assert assumed == [
+        ("fov_left_deg", "fov_right_deg", "range_m"),
+        ("fov_left_deg", "fov_right_deg"),
+        ("range_m",),
+    ]

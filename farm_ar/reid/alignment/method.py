@@ -61,6 +61,7 @@ class Alignment(Record):
         alternatives: other motions at least a tenth as probable, the most probable first.
         reason: why it is not certain; empty if it is.
         roughly: probability that it is the right one of all motions, however exact.
+        anchored: whether it is what an anchor says.
     """
 
     motion: RigidMotion
@@ -69,6 +70,7 @@ class Alignment(Record):
     alternatives: tuple[Alternative, ...] = ()
     reason: str = ""
     roughly: float = 0.0
+    anchored: bool = False
 
     @property
     def certain(self) -> bool:
@@ -185,12 +187,13 @@ def _answer(problem: Problem, found: Found | None, anchor: RigidMotion | None, m
         nothing = (None,) * len(problem.snapshot.detections)
         sure = by_anchor + _by_anchor(problem, found, anchor, share)
         reason = "" if sure >= CERTAIN else _REASONS[2]
-        return Alignment(anchor, sure, nothing, reason=reason, roughly=sure)
+        return Alignment(anchor, sure, nothing, reason=reason, roughly=sure, anchored=True)
     order = np.argsort(-share, kind="stable")
     best = int(order[0])
     confidence, roughly = min(float(share[best] * found.close[best]), 1.0), float(share[best])
     others = [k for k in order[1:] if share[k] >= RIVAL * share[best]]
-    if anchor is not None and _near(problem, found, anchor)[best]:
+    anchored = anchor is not None and bool(_near(problem, found, anchor)[best])
+    if anchor is not None and anchored:
         confidence = roughly = min(by_anchor + _by_anchor(problem, found, anchor, share), 1.0)
     alternatives = tuple(Alternative(problem.rigid(found.motions[k]), float(share[k])) for k in others)
     reason = ""
@@ -198,7 +201,8 @@ def _answer(problem: Problem, found: Found | None, anchor: RigidMotion | None, m
         reason = _REASONS[0 if np.exp(odds.mirrored - total) > 1 - CERTAIN else 1 if alternatives else 2]
     labels = problem.scene.layout.labels
     matches = tuple(None if j < 0 else labels[j] for j in found.match[best])
-    return Alignment(problem.rigid(found.motions[best]), confidence, matches, alternatives, reason, roughly)
+    motion = problem.rigid(found.motions[best])
+    return Alignment(motion, confidence, matches, alternatives, reason, roughly, anchored)
 
 
 def _near(problem: Problem, found: Found, anchor: RigidMotion) -> BoolArray:

@@ -23,7 +23,7 @@ from farm_ar.reid.plausibility.patterns import (
 )
 from farm_ar.reid.plausibility.sizes import UNITS
 from farm_ar.reid.registration import RigidMotion, register
-from farm_ar.scenes import UNKNOWN, Camera, Scene, Snapshot
+from farm_ar.scenes import UNKNOWN, Camera, Scene, Snapshot, World
 
 TELLING = 6.5
 """Logarithm of the ratio of likelihoods from which on a snapshot is believed to be written down wrongly."""
@@ -63,7 +63,7 @@ _SAID = {
     "openxr, ros), or convert with farm_ar.geometry.convert_pose",
     "units": "the positions fit the map far better {how}: give both in one unit, metres in Python",
     "radians": "the headings fit the map far better {how}: files give degrees, Python takes radians",
-    "headings": "the headings fit the map far better {how}: yaw is clockwise from above, 0 along +z",
+    "headings": "the headings fit the map far better {how}: yaw is {yaw}",
     "frame": "the detections fit the map far better {how}: if the frames differ, use frame='unknown'",
 }
 
@@ -85,7 +85,8 @@ def check_frames(scene: Scene, snapshot: Snapshot, category: IntArray) -> Iterat
         if one.ratio > max(TELLING, most - RIVAL):
             odds = SELDOM * np.exp(min(one.ratio, 100.0))
             doubt = float(odds / (1 + odds)) if one.spoils else 0.0
-            yield Finding(one.kind, _SAID[one.kind].format(how=one.how), doubt=doubt)
+            said = _SAID[one.kind].format(how=one.how, yaw=snapshot.world.yaw_words)
+            yield Finding(one.kind, said, doubt=doubt)
 
 
 class Ratio(NamedTuple):
@@ -113,7 +114,7 @@ def ratios(scene: Scene, snapshot: Snapshot, category: IntArray) -> list[Ratio]:
     position, yaw, category = seen.position[some], seen.yaw[some], category[some]
     places = places_of(scene)
     given = Variant(position, yaw, 0.0)
-    every = _conventions(places, given)
+    every = _conventions(places, given, snapshot.world)
     natural = [given, *_natural(places, given), Variant(position, np.full_like(yaw, np.nan), 0.0)]
     wrong = [one for several in every.values() for _, one in several]
     evidence = log_evidence(places, category, [*natural, *wrong])
@@ -121,7 +122,7 @@ def ratios(scene: Scene, snapshot: Snapshot, category: IntArray) -> list[Ratio]:
     likely = _in_view(places, snapshot.camera)
     if likely.any():
         as_given = np.logaddexp(as_given, log_evidence(places, category, [given], likely)[0]) - np.log(2)
-    moved = list(_moved(places, category, given))
+    moved = list(_moved(places, category, given, snapshot.world))
     right = np.logaddexp.reduce([as_given, *evidence[1 : len(natural) - 1]])
     mild = [one.ratio + np.log(NATURAL) for one in moved if not one.spoils]
     found = {one.kind: one._replace(ratio=float(one.ratio - right)) for one in moved if one.kind}
@@ -161,16 +162,17 @@ def _in_view(places: Places, camera: Camera) -> FloatArray:
     )
 
 
-def _conventions(places: Places, given: Variant) -> Hypotheses:
+def _conventions(places: Places, given: Variant, world: World) -> Hypotheses:
     """The ways that have no number to be found: mirrored, another unit, radians, headings another way."""
     position, yaw = given.position, given.yaw
     corners = places.position if places.bounds is None else places.bounds.corners
     middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
     mirrored: list[tuple[str, Variant]] = []
     for pivot in (np.zeros(2), middle):
-        mirrored += _mirrored(position, yaw, pivot)
+        mirrored += _mirrored(position, yaw, pivot, world)
     for turned in (np.pi / 2 - yaw, yaw, -yaw):
-        mirrored.append(("x and z exchanged", Variant(position[:, ::-1], turned, 0.0)))
+        exchanged = " and ".join(sorted(world.floor_axes))
+        mirrored.append((f"{exchanged} exchanged", Variant(position[:, ::-1], turned, 0.0)))
     units = []
     coordinates = np.count_nonzero(position)  # what is exactly 0 is so in any unit
     for name, metres in UNITS.items():
@@ -178,8 +180,8 @@ def _conventions(places: Places, given: Variant) -> Hypotheses:
             units.append((how, Variant(position * factor, yaw, coordinates * float(np.log(factor)))))
     ways = {
         "negated": -yaw,
-        "counter-clockwise from the x axis": np.pi / 2 - yaw,
-        "mirrored": np.pi - yaw,
+        f"as {'90' if world.frame == 'unity' else '-90'}° less themselves": np.pi / 2 - yaw,
+        "as 180° less themselves": np.pi - yaw,
     }
     every = {
         "mirrored": mirrored,
@@ -193,8 +195,10 @@ def _conventions(places: Places, given: Variant) -> Hypotheses:
     return every
 
 
-def _mirrored(position: FloatArray, yaw: FloatArray, pivot: FloatArray) -> Iterator[tuple[str, Variant]]:
-    for axis, sides in (("x", (-1.0, 1.0)), ("z", (1.0, -1.0))):
+def _mirrored(
+    position: FloatArray, yaw: FloatArray, pivot: FloatArray, world: World
+) -> Iterator[tuple[str, Variant]]:
+    for axis, sides in zip(world.floor_axes, ((-1.0, 1.0), (1.0, -1.0)), strict=True):
         for turned in (-yaw, np.pi - yaw, yaw):
             yield f"{axis} the other way", Variant(pivot + (position - pivot) * sides, turned, 0.0)
 
@@ -206,7 +210,7 @@ class _Motion(NamedTuple):
     log_share: float
 
 
-def _moved(places: Places, category: IntArray, given: Variant) -> Iterator[Ratio]:
+def _moved(places: Places, category: IntArray, given: Variant, world: World) -> Iterator[Ratio]:
     """A frame moved as a whole, mirrored or not, with the evidence in place of a ratio."""
     if len(category) < FEWEST or len(places.yaw) > MOST_LABELS:
         return
@@ -225,11 +229,18 @@ def _moved(places: Places, category: IntArray, given: Variant) -> Iterator[Ratio
         shift = np.linalg.norm(there - given.position, axis=1)
         turn = float(wrap(motion.turn))
         mild = kind == "frame" and abs(turn) < MILD[0] and float(shift.mean()) < MILD[1] * places.spacing
-        x, z = motion.about(np.zeros(2)).shift
-        how = f"turned by {np.rad2deg(turn):.0f}° about the origin and shifted by ({x:.3g}, {z:.3g})"
-        how = how if kind == "frame" else f"z the other way, then {how}"
+        origin = world.floor(np.zeros(2)) * (1.0, 1.0 if kind == "frame" else -1.0)
+        how = _motion_words(motion, origin, world)
+        how = how if kind == "frame" else f"{world.floor_axes[1]} the other way, then {how}"
         matters = float(shift.max()) > FAR * places.spacing
         yield Ratio(evidence, kind if matters else "", how, not mild)
+
+
+def _motion_words(motion: RigidMotion, origin: FloatArray, world: World) -> str:
+    """A motion of the frame in the axes and units of the snapshot's file, about its origin (2,)."""
+    there = motion.position(origin[None])[0]
+    turn = np.rad2deg(wrap(motion.turn)) * (1 if world.frame == "unity" else -1)
+    return f"turned by {turn:.0f}° about the origin and shifted by {world.point(there)}"
 
 
 def _best_motion(places: Places, category: IntArray, position: FloatArray) -> _Motion | None:

@@ -24,7 +24,8 @@ def set_aside(scene: Scene, snapshot: Snapshot, again: bool = True) -> tuple[str
     reasons: list[str | None] = [None] * len(seen)
     for i, name in enumerate(seen.category):
         if not np.isfinite(seen.position[i]).all():
-            reasons[i] = "its pose is broken: its position is not a number"
+            fault = seen.broken[i] if seen.broken else None
+            reasons[i] = f"its pose is broken: {fault or 'its position is not a number'}"
         elif name is not None and name not in categories:
             like = look_alike(name, categories)
             hint = "" if like is None else f" (is it {like!r}?)"

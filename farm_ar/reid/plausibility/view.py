@@ -9,12 +9,17 @@ import numpy as np
 from farm_ar.arrays import BoolArray, FloatArray
 from farm_ar.geometry import bearing, distance
 from farm_ar.reid.plausibility.finding import Finding, named, number
-from farm_ar.scenes import Camera, Detections, Scene, Snapshot
+from farm_ar.scenes import PAPER_FIELD_OF_VIEW, Camera, Detections, Scene, Snapshot, World
 
 SLACK = 0.05
 """By what share of its distance from the camera, and of the bounds, a thing may lie outside."""
 
-CONVENTION = "clockwise from above, 0 along +z; degrees in files, radians in Python"
+_ASSUMED = {
+    "fov_left_deg": f"{np.rad2deg(PAPER_FIELD_OF_VIEW.left):.0f}° to the left",
+    "fov_right_deg": f"{np.rad2deg(PAPER_FIELD_OF_VIEW.right):.0f}° to the right",
+    "range_m": f"{PAPER_FIELD_OF_VIEW.range_m:g} m far",
+}
+"""What is taken of a view where a file does not give it."""
 
 MOSTLY = 0.8
 """Share of the detections that a camera turned otherwise must have in view to be thought of."""
@@ -37,21 +42,27 @@ def check_view(scene: Scene, snapshot: Snapshot) -> Iterator[Finding]:
         return
     which = tuple(np.flatnonzero(outside).tolist())
     how_many = f"{number(len(which))} of {len(seen)} outside the camera's view"
+    convention = f"{snapshot.world.yaw_words}; degrees in files, radians in Python"
     if outside.mean() >= MOSTLY:
-        for yaw, how in _other_headings(float(camera.yaw)):
+        for yaw, how in _other_headings(float(camera.yaw), snapshot.world):
             if _outside_view(seen, camera, yaw, reach).mean() <= 1 - MOSTLY:
                 said = f"{how_many}, which would hold them if {how}: check the camera's heading and its frame"
-                yield Finding("camera", f"{said} ({CONVENTION})", which)
+                yield Finding("camera", f"{said} ({convention})", which)
                 return
+    if assumed := [_ASSUMED[name] for name in snapshot.assumed]:
+        how_many += f", taken to be {', '.join(assumed)} as the file does not say"
     todo = "check the camera's pose, field of view and range, and that its frame and unit are the detections'"
+    if snapshot.assumed:
+        todo = f"give the camera {named(list(snapshot.assumed))}, and check its pose"
     yield Finding("view", f"{how_many} ({named([seen.ids[i] for i in which])}): {todo}", which)
 
 
-def _other_headings(yaw: float) -> Iterator[tuple[float, str]]:
+def _other_headings(yaw: float, world: World) -> Iterator[tuple[float, str]]:
+    """Headings that may be meant, and how they would come about, in the numbers of the snapshot's file."""
     yield yaw + np.pi, "it were turned around"
     yield -yaw, "its heading had the other sign"
-    yield np.pi - yaw, "its heading were mirrored (z the other way)"
-    yield np.pi / 2 - yaw, "its heading were counter-clockwise from the x axis"
+    yield np.pi - yaw, "its heading were 180° less what it is"
+    yield np.pi / 2 - yaw, f"its heading were {'90' if world.frame == 'unity' else '-90'}° less what it is"
     yield float(np.rad2deg(yaw)), "its heading were in radians and had been taken for degrees"
 
 
@@ -163,8 +174,8 @@ def check_poses(scene: Scene, snapshot: Snapshot) -> Iterator[Finding]:
         (lost, "exactly at the origin or the camera"),
     ):
         if which:
-            x, z = seen.position[which[0]]
-            place = f"{named([seen.ids[i] for i in which])}, at {x:g}, {z:g}"
+            at = snapshot.world.point(seen.position[which[0]])
+            place = f"{named([seen.ids[i] for i in which])}, at {at}"
             said = f"{number(len(which))} of {len(seen)} {how} ({place})"
             todo = "leave out what the tracker has lost, or reports twice"
             yield Finding("repeated", f"{said}: {todo}", tuple(which))

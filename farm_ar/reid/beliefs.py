@@ -1,0 +1,104 @@
+"""What a method believed of how things had moved when it answered, in words."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+
+import numpy as np
+
+from farm_ar.arrays import FloatArray, IntArray
+from farm_ar.reid.adaptive import AdaptiveReid
+from farm_ar.reid.adaptive.hypotheses import FAMILIES
+from farm_ar.reid.base import Reidentifier
+from farm_ar.reid.likelihood.method import LikelihoodReid
+from farm_ar.reid.relational.method import RelationalReid
+from farm_ar.scenes import Snapshot
+
+LEAST, MOST = 0.05, 3
+"""The least probability of what is told, and how many ways of moving are told."""
+
+_ALONE = ("gaussian", "exponential", "student")
+_WAYS = {
+    "forward": "ahead along its heading, all about as far",
+    "ahead": "ahead along its heading, each its own way",
+    "together": "all by one shift",
+    "together, turning": "all by one shift and turn",
+    "stay or move": "most hardly, some anywhere",
+    "nudged or moved": "most hardly, some anywhere",
+}
+"""Families of motions of `AdaptiveReid`, by the beginning of their names, in words."""
+
+
+def beliefs(reid: Reidentifier, snapshot: Snapshot) -> tuple[str, ...]:
+    """What a method believes of how the things in a snapshot have moved, a sentence each.
+
+    Args:
+        reid: the method; of those that do not average over motions there is nothing to tell.
+        snapshot: what was seen, in the scene's frame; at least one detection, each one that it can identify.
+    """
+    if isinstance(reid, AdaptiveReid):
+        return _of_adaptive(reid, snapshot)
+    if isinstance(reid, RelationalReid):
+        return (_of_relations(reid, snapshot), _of_likelihood(reid, snapshot))
+    return (_of_likelihood(reid, snapshot),) if isinstance(reid, LikelihoodReid) else ()
+
+
+def _of_adaptive(reid: AdaptiveReid, snapshot: Snapshot) -> tuple[str, ...]:
+    posterior = reid._posterior(snapshot, None)
+    every, motion = posterior.every, posterior.which[:, 0]
+    metres = every.scale[every.motions.scale[motion]] * reid._known.spacing
+    ways = [_way(FAMILIES[f].name) for f in every.family[motion].tolist()]
+    share: dict[str, float] = defaultdict(float)
+    far: dict[str, float] = defaultdict(float)
+    for way, part, length in zip(ways, posterior.share.tolist(), metres.tolist(), strict=True):
+        share[way] += part
+        far[way] += part * float(np.log(length))
+    likeliest = sorted(share, key=lambda way: -share[way])[:MOST]
+    told = [
+        f"{way}, by about {snapshot.world.length(float(np.exp(far[way] / share[way])))} ({share[way]:.0%})"
+        for way in likeliest
+        if share[way] >= LEAST or way == likeliest[0]
+    ]
+    moved = f"Believed of how each thing moved: {'; or '.join(told)}."
+    return (moved, _headings(every.motions.heading[motion], posterior.share, reid.options.turn_sds))
+
+
+def _way(family: str) -> str:
+    if family in _ALONE:
+        return "on its own"
+    known = [name for name in _WAYS if family.startswith(name)]
+    return _WAYS[max(known, key=len)] if known else family
+
+
+def _headings(heading: IntArray, share: FloatArray, sds: tuple[float, ...]) -> str:
+    """How far headings are believed to be kept."""
+    blind = float(share[heading == len(sds)].sum())
+    told = heading < len(sds)
+    if blind > 1 - LEAST:
+        return "Headings were believed to tell nothing."
+    weight = share[told] / share[told].sum()
+    sd = float(np.exp(weight @ np.log(np.array(sds)[heading[told]])))
+    kept = f"be kept to about {np.rad2deg(sd):.0f}°"
+    if blind < LEAST:
+        return f"Headings were believed to {kept}."
+    ways = [(blind, "tell nothing"), (1 - blind, kept)]
+    first, second = (f"{way} ({part:.0%})" for part, way in sorted(ways, reverse=True))
+    return f"Headings were believed to {first}, or to {second}."
+
+
+def _of_likelihood(reid: LikelihoodReid, snapshot: Snapshot) -> str:
+    found = reid.posterior(snapshot)
+    far, turn = snapshot.world.length(found.translation_sd), np.rad2deg(found.rotation_sd)
+    return (
+        f"Believed of how each thing moved on its own: by about {far} along x and z, turned by {turn:.0f}°."
+    )
+
+
+def _of_relations(reid: RelationalReid, snapshot: Snapshot) -> str:
+    words = {"alone": "none", "drift": "the whole frame's"}
+    told = [
+        f"{words.get(one.kind) or f'that of what stood around {one.label}'} ({one.probability:.0%})"
+        for one in reid.relations(snapshot)[:MOST]
+        if one.probability >= LEAST
+    ]
+    return f"Believed of a motion that things share: {'; or '.join(told)}."
