@@ -70,6 +70,7 @@ class Kernel(_numba.registry.CPUDispatcher):  # type: ignore[misc]
     def get_call_template(self, args: Any, kws: Any) -> Any:
         """What type inference asks a kernel for that a kernel calls."""
         signature, arguments = self._compiler.fold_argument_types(args, kws)
+        arguments = tuple(map(_numba.types.unliteral, arguments))  # or each number has code of its own
         if self._can_compile:
             self.compile_inner(tuple(arguments))
         name = self.py_func.__name__

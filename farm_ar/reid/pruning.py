@@ -134,11 +134,13 @@ def enough(detected: IntArray, offered: IntArray, gate: bool) -> bool:
         offered: (C + 1,) candidate labels of each category; the last entry is 0.
         gate: whether a label must be of the detection's category, where that is known.
     """
-    if gate:
-        for c in range(len(detected) - 1):
-            if detected[c] > offered[c]:
-                return False
-    return bool(detected.sum() <= offered.sum())
+    wanted, had = 0, 0
+    for c in range(len(detected)):
+        if gate and c < len(detected) - 1 and detected[c] > offered[c]:
+            return False
+        wanted += detected[c]
+        had += offered[c]
+    return wanted <= had
 
 
 @compiled
@@ -159,7 +161,7 @@ def choose_candidates(
     Returns:
         How many labels were chosen, and whether that took more sites than `kept`.
     """
-    offered = np.zeros_like(detected)
+    offered = np.empty(len(detected), dtype=np.int64)
     sites = kept
     while True:
         offered[:] = 0

@@ -98,9 +98,12 @@ def arrival(curve: FloatArray, along: float, buildings: Structs[Footprint]) -> t
     Returns:
         The building, or NOWHERE; and how far along the curve that is, metres, not less than it has run.
     """
-    p = arc_length.polynomial(curve)
+    own = np.empty((4, 2))  # for a record's own array all below would be compiled once more
+    for i in range(4):
+        own[i, 0], own[i, 1] = curve[i, 0], curve[i, 1]
+    p = arc_length.polynomial(own)
     knot, travelled = np.empty(arc_length.KNOTS), np.empty(arc_length.KNOTS)
-    arc_length.measure(curve, knot, travelled)
+    arc_length.measure(own, knot, travelled)
     begun = max(along, 0.0)
     aim = standing_at(curve[3, 0], curve[3, 1], buildings)
     if aim != NOWHERE:

@@ -119,7 +119,8 @@ def kept_clear_of(buildings: Buildings) -> Structs[Footprint]:
             else:
                 wide[i, axis] -= 2 * WALL_M
                 narrow[i, axis] -= 2 * WALL_M
-    everything = np.ones(n, dtype=np.bool_)
+    everything = np.empty(n, dtype=np.bool_)
+    everything[:] = True
     first = footprints(buildings.position, buildings.yaw, wide, everything)
     second = footprints(buildings.position, buildings.yaw, narrow, everything)
     third = footprints(buildings.position, buildings.yaw, narrow, buildings.enterable)

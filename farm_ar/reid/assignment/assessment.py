@@ -234,7 +234,8 @@ def fill_costs(
         columns: (m,) indices of the labels.
         cost: (n, m) filled; infinite where categories must agree and do not.
     """
-    dimension = np.ones(len(known.sides))
+    dimension = np.empty(len(known.sides))
+    dimension[:] = 1.0
     place = known.position[b % len(known.position)]
     sides, codes = seen.sides[b % len(seen.sides)], seen.category[b % len(seen.category)]
     for row in range(len(rows)):
@@ -297,13 +298,16 @@ def assess_batch(seen: Seen, known: Known, rule: Rule, answer: Answer) -> None:
     """
     b_total, k_max = seen.yaw.shape
     m_total, s_total = len(known.category), len(known.sites)
-    order, rank = np.zeros(s_total, dtype=np.int64), np.zeros(max(s_total, 1), dtype=np.int64)
+    order, rank = np.empty(s_total, dtype=np.int64), np.empty(max(s_total, 1), dtype=np.int64)
+    rank[0] = 0
     chosen, columns = np.empty(m_total, dtype=np.int64), np.empty(m_total, dtype=np.int64)
-    rows, all_rows = np.empty(k_max, dtype=np.int64), np.arange(k_max)
+    rows, every = np.empty(k_max, dtype=np.int64), np.empty(max(k_max, m_total), dtype=np.int64)
+    for i in range(len(every)):
+        every[i] = i
     categories = 0
     for code in known.category:
         categories = max(categories, code + 1)
-    detected = np.zeros(categories + 1, dtype=np.int64)
+    detected = np.empty(categories + 1, dtype=np.int64)
     costs = np.empty(k_max * m_total)
     half_turn = np.empty((2, m_total))
     for b in range(b_total):
@@ -340,7 +344,7 @@ def assess_batch(seen: Seen, known: Known, rule: Rule, answer: Answer) -> None:
             fill_costs(seen, known, rule, b, half_turn, rows[:height], columns[:width], cost)
             give_labels(cost, b, rows[:height], columns[:width], answer)
         if len(answer.costs):
-            fill_costs(seen, known, rule, b, half_turn, all_rows, np.arange(m_total), answer.costs[b])
+            fill_costs(seen, known, rule, b, half_turn, every[:k_max], every[:m_total], answer.costs[b])
 
 
 @compiled(inline="always")

@@ -23,7 +23,8 @@ def assign(cost: FloatArray, column_of: IntArray, row_dual: FloatArray, column_d
         column_dual: (m,) filled with the optimal duals of the columns, none positive.
     """
     n, m = cost.shape
-    row_of = np.full(m, -1, dtype=np.int64)
+    row_of = np.empty(m, dtype=np.int64)
+    row_of[:] = -1
     distance = np.empty(m)
     previous = np.empty(m, dtype=np.int64)
     order = np.empty(m, dtype=np.int64)
@@ -107,7 +108,8 @@ def assign_most(cost: FloatArray, column_of: IntArray, row_dual: FloatArray, col
         assign(cost, column_of, row_dual, column_dual[:m])
         return
     prohibitive = (n + 1) * (highest + 1.0)
-    widened = np.full((n, m + n), prohibitive)
+    widened = np.empty((n, m + n))
+    widened[:] = prohibitive
     for i in range(n):
         for j in range(m):
             widened[i, j] = cost[i, j] if np.isfinite(cost[i, j]) else 2 * prohibitive
@@ -158,15 +160,18 @@ def find_margins(cost: FloatArray, column: IntArray) -> tuple[FloatArray, IntArr
     and Warshall's method needs no duals.
     """
     m = cost.shape[1]
-    rows = np.flatnonzero(column >= 0)
-    n = len(rows)
+    rows, n = np.empty(len(cost), dtype=np.int64), 0
+    for i in range(len(cost)):
+        if column[i] >= 0:
+            rows[n] = i
+            n += 1
     free, empty = n, n + 1
     nodes = n + 1 if n == len(cost) else n + 2
     taken = np.zeros(m, dtype=np.bool_)
     for a in range(n):
         taken[column[rows[a]]] = True
-    length = np.full((nodes, nodes), np.inf)
-    nearest = np.full(n, UNKNOWN, dtype=np.int64)
+    length, nearest = np.empty((nodes, nodes)), np.empty(n, dtype=np.int64)
+    length[:], nearest[:] = np.inf, UNKNOWN
     for a in range(n):
         i = rows[a]
         own = cost[i, column[i]]
@@ -188,7 +193,8 @@ def find_margins(cost: FloatArray, column: IntArray) -> tuple[FloatArray, IntArr
         for a in range(nodes):
             for b in range(nodes):
                 length[a, b] = min(length[a, b], length[a, k] + length[k, b])
-    result, runner_up = np.full(len(cost), np.nan), np.full(len(cost), UNKNOWN, dtype=np.int64)
+    result, runner_up = np.empty(len(cost)), np.empty(len(cost), dtype=np.int64)
+    result[:], runner_up[:] = np.nan, UNKNOWN
     for a in range(n):
         rise = np.inf
         for k in range(nodes):

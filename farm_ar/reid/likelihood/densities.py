@@ -164,7 +164,7 @@ def side_error(table: FloatArray, code: IntArray, known_code: IntArray, gap: Flo
         known_code: (M,) those of the labels.
         gap: (N, M) sums of squares of what the logarithms of the sides differ by; NaN where not known.
     """
-    error, count = np.empty(len(gap)), 0
+    error, count = np.empty(len(gap)), 0  # in rising order
     for i in range(len(gap)):
         least, alike = np.inf, 0
         for j in range(gap.shape[1]):
@@ -172,9 +172,13 @@ def side_error(table: FloatArray, code: IntArray, known_code: IntArray, gap: Flo
                 least, alike = min(least, gap[i, j]), alike + 1
         if alike > 0:
             # Where x is small, a sum of 3 squares is below x with a probability of 0.266 x^1.5.
-            error[count] = least / ((1.0 - 0.5 ** (1.0 / alike)) / 0.266) ** (2.0 / 3.0)
+            one, place = least / ((1.0 - 0.5 ** (1.0 / alike)) / 0.266) ** (2.0 / 3.0), count
+            while place > 0 and error[place - 1] > one:
+                error[place] = error[place - 1]
+                place -= 1
+            error[place] = one
             count += 1
-    return math.sqrt(np.median(error[:count])) if count > 0 else 0.0
+    return math.sqrt((error[(count - 1) // 2] + error[count // 2]) / 2) if count > 0 else 0.0
 
 
 @_compile

@@ -178,13 +178,6 @@ def new_reach(known: Known, detections: int, labels: int) -> Reach:
     )
 
 
-def reach_labels(known: Known, labels: Labels, sight: Sight, reach: Reach) -> None:
-    """Fill in where labels may be found by one camera or another."""
-    translation_density(known, labels, sight.found.position[0], reach.place)
-    heading_density(known.models, labels, sight.found.yaw[0], reach.heading)
-    view_probability(known, labels, sight.eyes, sight.found, 0, len(sight.eyes.yaw), reach.inside)
-
-
 def fill_frame(known: Known, frame: Frame) -> None:
     """Fill in what follows from the detections of a frame if labels moved alone."""
     reach_labels(known, known.labels, frame.sight, frame.reach)
@@ -213,6 +206,14 @@ def move_labels(labels: Labels, group: Group, motion: FloatArray) -> None:
         group.labels.position[g, 0] = group.pivot[0] + cosine * x + sine * z + motion[0]
         group.labels.position[g, 1] = group.pivot[1] + cosine * z - sine * x + motion[1]
         group.labels.yaw[g] = labels.yaw[j] + motion[2]
+
+
+@_compile
+def reach_labels(known: Known, labels: Labels, sight: Sight, reach: Reach) -> None:
+    """Fill in where labels may be found by one camera or another."""
+    translation_density(known, labels, sight.found.position[0], reach.place)
+    heading_density(known.models, labels, sight.found.yaw[0], reach.heading)
+    view_probability(known, labels, sight.eyes, sight.found, 0, len(sight.eyes.yaw), reach.inside)
 
 
 @_compile
