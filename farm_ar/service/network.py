@@ -82,6 +82,11 @@ def pin_of(certificate: Path) -> str:
         der = ssl.PEM_cert_to_DER_cert(_first(certificate.read_text(encoding="ascii")))
     except (OSError, ValueError) as problem:
         raise OptionError("cert", f"must be a certificate in PEM ({problem})", str(certificate)) from None
+    return pin_of_der(der)
+
+
+def pin_of_der(der: bytes) -> str:
+    """The SHA-256 of a certificate in DER."""
     digest = hashlib.sha256(der).hexdigest().upper()
     return ":".join(digest[i : i + 2] for i in range(0, len(digest), 2))
 

@@ -20,7 +20,9 @@ from jsonschema import Draft202012Validator
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
+from farm_ar.errors import OptionError
 from farm_ar.service.access import Access
+from farm_ar.service.client import ServiceSession
 from farm_ar.service.limits import ServiceLimits
 from farm_ar.service.network import lan_address, pin_of, qr_code, self_signed
 from farm_ar.service.recording import Recorder, replay
@@ -320,7 +322,7 @@ def begun(tmp_path: Path, *options: str) -> tuple["subprocess.Popen[str]", str]:
     command = [sys.executable, "-m", "farm_ar", "serve", "--port", "0", "--state", str(tmp_path), *options]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     assert process.stdout is not None
-    for line in process.stdout:
+    while line := process.stdout.readline():
         if line.startswith("Serving on "):
             return process, line.split()[2]
     raise AssertionError(process.wait())
@@ -337,6 +339,12 @@ def test_the_command_says_where_it_serves_and_ends_clean(tmp_path: Path) -> None
         assert client.get("/v1/sessions").status_code == 401
         client.headers["Authorization"] = "Bearer sesame"
         begin(client, "room")
+        pin = pin_of(tmp_path / "state" / "certificate.pem")
+        pinned = ServiceSession(f"https://127.0.0.1:{port}", "room", "sesame", pin)
+        assert pinned.state()["revision"] == 1
+        pinned.close()
+        with pytest.raises(OptionError, match="must be the SHA-256"):
+            ServiceSession(f"https://127.0.0.1:{port}", "room", "sesame", pin[:-1] + "x")
         again = subprocess.run(
             [sys.executable, "-m", "farm_ar", "serve", "--port", "0", "--state", str(tmp_path / "state")],
             capture_output=True,
@@ -346,8 +354,9 @@ def test_the_command_says_where_it_serves_and_ends_clean(tmp_path: Path) -> None
         assert again.returncode == 2
         assert "must be used by one service only" in again.stderr
     process.send_signal(2)
-    said = process.communicate(timeout=60)[0]
-    assert process.returncode == 0
+    assert process.stdout is not None
+    said = process.stdout.read()
+    assert process.wait(60) == 0
     assert "Token: sesame" in said
     assert said.rstrip().endswith("Stopped; what was confirmed is kept")
     assert "Traceback" not in said
