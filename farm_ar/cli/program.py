@@ -20,7 +20,7 @@ from farm_ar.cli.identify import identify
 from farm_ar.cli.output import saying
 from farm_ar.cli.scenes import app as scenes
 from farm_ar.cli.scenes import schema
-from farm_ar.cli.serving import serve, serve_replay
+from farm_ar.cli.serving import conformance_vectors, serve, serve_replay
 from farm_ar.cli.stress import design, stress, stress_replay
 from farm_ar.cli.training import evaluate, train, watch
 from farm_ar.errors import InputError, MissingPackageError, OptionError, UnfinishedError, escaped
@@ -101,6 +101,7 @@ app.add_typer(scenes, name="scenes")
 app.add_typer(sweeps, name="sweeps")
 app.command("compile")(compile_kernels)
 app.command()(saying("Loading the benchmark")(benchmark))
+app.command("conformance-vectors")(saying("Writing vectors")(conformance_vectors))
 app.command()(saying("Reading tracks")(convert))
 app.command()(saying("Loading the game")(demo))
 app.command()(saying("Searching for a layout")(design))

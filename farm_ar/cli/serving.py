@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from farm_ar.cli.options import make_folder, whole
+from farm_ar.cli.options import Seed, check_file, make_folder, whole, writing
 
 if TYPE_CHECKING:
     from farm_ar.service.network import Certificate
@@ -113,6 +113,30 @@ def serve_replay(
     print_line(f"{number} requests, " + (f"{different} answered differently" if different else "bit-exact"))
     if different:
         raise typer.Exit(1)
+
+
+def conformance_vectors(
+    out: Annotated[Path, typer.Option(metavar="FILE", help="Where they go, as JSON.")] = Path(
+        "conformance-vectors.json"
+    ),
+    number: Annotated[int, typer.Option(metavar="N", parser=whole(1, 100_000), help="How many.")] = 500,
+    seed: Seed = 0,
+) -> None:
+    """Write snapshots with the paper's method's answers, for clients that carry the method out themselves."""
+    import json
+
+    import numpy as np
+
+    from farm_ar.cli.output import print_line
+    from farm_ar.scenes.files import write_text
+    from farm_ar.service.vectors import VERSION, vectors
+
+    check_file("--out", out)
+    lines = [json.dumps(one, allow_nan=False) for one in vectors(np.random.default_rng(seed), number)]
+    whole_text = ",\n".join(lines)
+    with writing("--out", out):
+        write_text(out, f'{{"version": {VERSION}, "vectors": [\n{whole_text}\n]}}\n')
+    print_line(f"Wrote {number} snapshots with answers to {out}")
 
 
 def _state_folder() -> Path:

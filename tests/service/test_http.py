@@ -355,8 +355,9 @@ def test_the_command_says_where_it_serves_and_ends_clean(tmp_path: Path) -> None
         assert "must be used by one service only" in again.stderr
     process.send_signal(2)
     assert process.stdout is not None
-    said = process.stdout.read()
-    assert process.wait(60) == 0
+    with process:
+        said = process.stdout.read()
+    assert process.returncode == 0
     assert "Token: sesame" in said
     assert said.rstrip().endswith("Stopped; what was confirmed is kept")
     assert "Traceback" not in said
