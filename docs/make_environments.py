@@ -10,7 +10,7 @@ import gymnasium as gym
 from gymnasium import spaces
 
 import farm_ar  # noqa: F401  # registers the environments
-from farm_ar.envs import FarmToTableEnv
+from farm_ar.envs import DeliverToChairEnv, FarmToTableEnv
 
 PAGE = Path(__file__).parent / "environments.md"
 ENTRY_POINT = "farm_ar.envs:make_farm_to_table"
@@ -27,6 +27,10 @@ def page() -> str:
         sections,
         "## Registered Environments",
         *(registered(name) for name, spec in gym.registry.items() if spec.entry_point == ENTRY_POINT),
+        "# The delivery robot",
+        getdoc(DeliverToChairEnv) or "",
+        "## The Registered Environment",
+        registered("DeliverToChair-v0"),
     ]
     return "\n\n".join(parts) + "\n"
 
@@ -38,7 +42,7 @@ def registered(name: str) -> str:
     lines = [
         f"### {name}",
         "",
-        f"`FarmToTableEnv({arguments})`",
+        f"`{type(env).__name__}({arguments})`",
         "",
         "| | space |",
         "|---|---|",

@@ -19,5 +19,6 @@ _ENVIRONMENTS: dict[str, dict[str, str | bool | float | None]] = {
 
 for _name, _arguments in _ENVIRONMENTS.items():
     register(_name, entry_point="farm_ar.envs:make_farm_to_table", kwargs=_arguments)
+register("DeliverToChair-v0", entry_point="farm_ar.envs:make_deliver_to_chair")
 
 find_moved()

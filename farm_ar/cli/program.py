@@ -21,6 +21,7 @@ from farm_ar.cli.output import saying
 from farm_ar.cli.scenes import app as scenes
 from farm_ar.cli.scenes import schema
 from farm_ar.cli.serving import conformance_vectors, serve, serve_replay
+from farm_ar.cli.showcases import showcase
 from farm_ar.cli.stress import design, stress, stress_replay
 from farm_ar.cli.training import evaluate, train, watch
 from farm_ar.errors import InputError, MissingPackageError, OptionError, UnfinishedError, escaped
@@ -114,6 +115,7 @@ app.command()(saying("Running the experiments")(reproduce))
 app.command()(schema)
 app.command()(serve)
 app.command("serve-replay")(saying("Replaying")(serve_replay))
+app.command()(saying("Loading the showcase")(showcase))
 app.command("stress-replay")(saying("Replaying")(stress_replay))
 app.command()(saying("Running the stress test")(stress))
 app.command()(saying("Loading the learners")(train))

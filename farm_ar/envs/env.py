@@ -44,6 +44,8 @@ class FarmToTableEnv(gym.Env[Any, Any]):
     | `FarmToTableLayout-v0` | a whole visit: a displacement for every building (`control="layout"`); so an episode of one visit is one step |
     | `SceneLayout-v0` | the same in any scene, without physics and game (`control="layout"`, `game=False`); one step too |
 
+    A second environment, `DeliverToChair-v0`, has a page below: a robot that must find one of several identical chairs.
+
     Write `gym.make("farm_ar:FarmToTable-v0")`: the module before the colon registers the id, also in the worker processes of
     vectorized environments (`SubprocVecEnv`, RLlib, TorchRL), which know nothing of what was imported elsewhere.
 

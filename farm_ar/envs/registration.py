@@ -9,6 +9,7 @@ import gymnasium as gym
 from gymnasium.envs.registration import registry
 
 from farm_ar.envs.config import EnvConfig
+from farm_ar.envs.delivery import DeliverToChairEnv
 from farm_ar.envs.env import FarmToTableEnv
 from farm_ar.errors import OptionError, known_name
 
@@ -28,11 +29,24 @@ class EntryPoint:
         return FarmToTableEnv(**arguments)
 
 
+class DeliveryEntryPoint:
+    """Makes `DeliverToChairEnv` for `gymnasium.make`; of windows it says the same."""
+
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["rgb_array", "human"], "render_fps": 5}
+
+    def __call__(self, **arguments: Any) -> DeliverToChairEnv:
+        """The environment, with the arguments that `make` was given."""
+        return DeliverToChairEnv(**arguments)
+
+
 make_farm_to_table = EntryPoint()
-"""Makes an environment; every registered id names it."""
+"""Makes an environment; the ids of the game and of plain scenes name it."""
+
+make_deliver_to_chair = DeliveryEntryPoint()
+"""Makes an environment; `DeliverToChair-v0` names it."""
 
 NAMED = f"{__package__}:make_farm_to_table"
-"""How they name it."""
+"""How ids name it."""
 
 
 def check_arguments(env_id: str, arguments: Iterable[str]) -> None:

@@ -13,6 +13,7 @@ from farm_ar.scenes import Detector, builtin_scene, save_scene
 from farm_ar.testing import check_environment
 
 MOVE, HAND, LAYOUT, SCENE = "FarmToTable-v0", "FarmToTableHand-v0", "FarmToTableLayout-v0", "SceneLayout-v0"
+DELIVER = "DeliverToChair-v0"
 
 NOISY = OraclePerception(
     Detector(position_sd=0.01, yaw_sd=0.1, miss_rate=0.1, false_rate=0.5, unknown_rate=0.1)
@@ -72,8 +73,11 @@ VARIANTS = [
     (SCENE, {"reward": "margin", "reid": "distance"}),
     (SCENE, {"scene": "farm", "head_noise_deg": 5.0}),
     (SCENE, {"scene": builtin_scene("L2")}),
+    (DELIVER, {}),
+    (DELIVER, {"chairs": None, "target": "2", "reid": "likelihood", "seconds": 4.0}),
+    (DELIVER, {"scene": "pantry", "chairs": None, "shift_sd": 0.3, "render_mode": "rgb_array"}),
 ]
-STEPS = {MOVE: 16, HAND: 16, LAYOUT: 6, SCENE: 10}
+STEPS = {MOVE: 16, HAND: 16, LAYOUT: 6, SCENE: 10, DELIVER: 24}
 
 
 def name_of(variant):
