@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
+
+import numpy as np
 
 from farm_ar.arrays import POSITION, SHARE, Limits
 from farm_ar.errors import InputError, SessionError
@@ -12,6 +14,7 @@ from farm_ar.reid.adaptive import Disorder
 from farm_ar.reid.session.state import Aligned, Committed, Confirmed, Corrected, Event, Looked
 from farm_ar.reid.session.tracks import Track
 from farm_ar.scenes import (
+    Detections,
     Scene,
     Snapshot,
     scene_from_dict,
@@ -113,6 +116,14 @@ SESSION = Document(
                             snapshot=_Unread(SNAPSHOT.top, about="As it came."),
                             labels=Listing(_LABEL),
                             tracks=Listing(OrNull(_TRACK, "a track")),
+                            broken=Named(
+                                Text(),
+                                default={},
+                                about="Why a pose could not be used, by the detection's id.",
+                            ),
+                            doubted=Listing(
+                                Text(), default=(), about="Ids of detections whose labels were improbable."
+                            ),
                         ),
                         "corrected": _event("corrected", labels=Named(_LABEL)),
                         "confirmed": _event(
@@ -179,7 +190,35 @@ def recorded_from_dict(data: object, source: str | None = None) -> Recorded:
 
 def canonical(snapshot: Snapshot) -> Snapshot:
     """A snapshot as it comes back from a file."""
-    return snapshot_from_dict(snapshot_to_dict(snapshot))
+    return _snapshot_from(snapshot_to_dict(_placed(snapshot)), _broken(snapshot))
+
+
+def _broken(snapshot: Snapshot) -> dict[str, str]:
+    """Why poses cannot be used, by the ids of their detections."""
+    seen = snapshot.detections
+    reasons = seen.broken or (None,) * len(seen)
+    lost = np.flatnonzero(~np.isfinite(seen.position).all(axis=-1)).tolist()
+    return {seen.ids[i]: reasons[i] or "its position is not a number" for i in lost}
+
+
+def _placed(snapshot: Snapshot) -> Snapshot:
+    """The snapshot with what stands nowhere at the origin, so that a file can hold it."""
+    seen = snapshot.detections
+    changes: dict[str, Any] = {name: np.nan_to_num(getattr(seen, name)) for name in ("position", "elevation")}
+    return replace(snapshot, detections=Detections.trusted(**vars(seen) | changes))
+
+
+def _snapshot_from(data: object, broken: Mapping[str, str]) -> Snapshot:
+    """A snapshot of which some poses are not known."""
+    snapshot = snapshot_from_dict(data)
+    if not broken:
+        return snapshot
+    seen = snapshot.detections
+    position, elevation = seen.position.copy(), seen.elevation.copy()
+    reasons = tuple([broken.get(name) for name in seen.ids])
+    lost = [reason is not None for reason in reasons]
+    position[lost], elevation[lost] = np.nan, np.nan
+    return replace(snapshot, detections=replace(seen, position=position, elevation=elevation, broken=reasons))
 
 
 def _inside(place: str, problem: InputError, source: str | None) -> SessionError:
@@ -200,11 +239,11 @@ def _event_from_dict(one: Mapping[str, Any]) -> Event:
         return Aligned(one["x"], one["z"], radians(one["yaw_deg"]))
     if one["event"] == "looked":
         try:
-            snapshot = snapshot_from_dict(one["snapshot"])
+            snapshot = _snapshot_from(one["snapshot"], one["broken"])
         except InputError as problem:
             raise SessionError(f"snapshot.{problem.field}", problem.expected, problem.got) from None
         tracks = [None if t is None else Track(t["start"], t["held"], t["belief"]) for t in one["tracks"]]
-        return Looked(snapshot, tuple(one["labels"]), tuple(tracks))
+        return Looked(snapshot, tuple(one["labels"]), tuple(tracks), tuple(one["doubted"]))
     if one["event"] == "corrected":
         return Corrected(one["labels"])
     if one["event"] == "confirmed":
@@ -214,14 +253,19 @@ def _event_from_dict(one: Mapping[str, Any]) -> Event:
 
 
 def _event_to_dict(event: Event) -> dict[str, Any]:
+    values: dict[str, Any]
     if isinstance(event, Aligned):
         return {"event": "aligned", "x": event.x, "z": event.z, "yaw_deg": degrees(event.turn)}
     if isinstance(event, Looked):
         tracks = [
             t and {"start": list(t.start), "held": t.held, "belief": dict(t.belief)} for t in event.tracks
         ]
-        snapshot = snapshot_to_dict(event.snapshot)
-        return {"event": "looked", "snapshot": snapshot, "labels": list(event.labels), "tracks": tracks}
+        values = {"labels": list(event.labels), "tracks": tracks}
+        if broken := _broken(event.snapshot):
+            values["broken"] = broken
+        if event.doubted:
+            values["doubted"] = list(event.doubted)
+        return {"event": "looked", "snapshot": snapshot_to_dict(_placed(event.snapshot)), **values}
     if isinstance(event, Corrected):
         return {"event": "corrected", "labels": dict(event.labels)}
     if isinstance(event, Confirmed):

@@ -30,6 +30,7 @@ from farm_ar.reid.session.state import (
     Looked,
     State,
     after,
+    check_categories,
     check_labels,
     corrected,
     fold,
@@ -137,15 +138,16 @@ class Session:
                 hinted = _Hinted(self._reid, hints(layout.labels, seen, going))
                 given = identify(self.scene, snapshot, hinted)
         answer, tracks = with_tracks(answer, given, layout.labels, seen, going, self._switch_rate)
-        self._add(Looked(came, answer.labels, tracks))
+        self._add(Looked(came, answer.labels, tracks, doubted_in(answer, came)))
         return answer
 
-    def correct(self, labels: Mapping[str, str | None]) -> None:
+    def correct(self, labels: Mapping[str, str | None], force: bool = False) -> None:
         """Set labels of detections of the last snapshot right.
 
         Args:
             labels: by the ids of the detections; None for none. A label that another detection had leaves
                 it. A new label enrols the object, once it is confirmed.
+            force: whether a label may go to a detection of another category than its object's.
 
         Raises:
             SessionError: there is no snapshot, it is confirmed, a detection is not in it, or a label cannot
@@ -153,16 +155,26 @@ class Session:
         """
         if not isinstance(labels, Mapping):
             raise SessionError("labels", "must be labels by the ids of detections", labels)
-        corrected(self._state, open_look(self._state), labels)
+        look = open_look(self._state)
+        after_it = corrected(self._state, look, labels)
+        if not force:
+            check_categories(self._state, look.snapshot, after_it, look.labels)
         self._add(Corrected(labels))
 
-    def confirm(self, labels: Identification | Sequence[str | None] | None = None) -> None:
+    def confirm(
+        self, labels: Identification | Sequence[str | None] | None = None, force: bool = False
+    ) -> tuple[str, ...]:
         """Take the labels of the last snapshot for known, and learn from them how untidy the place is.
 
         Confirm one snapshot of each arrangement: each counts. Confirming the same again does nothing.
 
         Args:
             labels: an answer, or the label of each detection; as they were given and corrected by default.
+            force: whether a label may go to a detection of another category than its object's.
+
+        Returns:
+            The ids of the detections whose labels were an answer that was more probably wrong than right,
+            and nobody's correction. `undo`, and correct them, if they are not known to be right.
 
         Raises:
             SessionError: there is no snapshot, other labels of it have been confirmed, or a label cannot be
@@ -173,11 +185,17 @@ class Session:
         if isinstance(given, str):
             raise SessionError("labels", "must be the label of each detection", given)
         if look is not None and look.confirmed and (given is None or tuple(given) == look.labels):
-            return
+            return ()
         look = open_look(state)
         known = look.labels if given is None else tuple(given)
         check_labels(state, look.snapshot, known)
+        if not force:
+            check_categories(state, look.snapshot, known, look.labels)
+        doubted = look.doubted if labels is None else ()
+        if isinstance(labels, Identification):
+            doubted = doubted_in(labels, look.snapshot)
         self._add(Confirmed(known, self._learnt(look.snapshot, known)))
+        return doubted
 
     def commit(self) -> None:
         """Take what was confirmed since the last commit for the layout of reference.
@@ -310,6 +328,12 @@ class _Fused(Reidentifier):
 
     def identify(self, snapshot: Snapshot) -> Identification:
         return self._reid.identify_objects(snapshot.detections, self._cameras)
+
+
+def doubted_in(answer: Identification, snapshot: Snapshot) -> tuple[str, ...]:
+    """The ids of the detections whose labels are more probably wrong than right."""
+    named = zip(snapshot.detections.ids, answer.labels, answer.confidence.tolist(), strict=True)
+    return tuple([name for name, label, sure in named if label is not None and sure < 0.5])
 
 
 class _Hinted(Reidentifier):

@@ -47,11 +47,13 @@ class Looked(Record):
         snapshot: as it came.
         labels: the answer.
         tracks: what is believed of each detection with a track.
+        doubted: ids of the detections whose labels were more probably wrong than right.
     """
 
     snapshot: Snapshot
     labels: tuple[str | None, ...]
     tracks: tuple[Track | None, ...]
+    doubted: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -94,12 +96,14 @@ class Look(Record):
         labels: of each detection.
         tracks: what is believed of each detection with a track.
         confirmed: whether its labels are known.
+        doubted: ids of the detections whose labels are more probably wrong than right.
     """
 
     snapshot: Snapshot
     labels: tuple[str | None, ...]
     tracks: tuple[Track | None, ...]
     confirmed: bool = False
+    doubted: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,7 +162,9 @@ def after(state: State, event: Event) -> State:
         return _committed(state)
     look = open_look(state)
     if isinstance(event, Corrected):
-        return replace(state, look=replace(look, labels=corrected(state, look, event.labels)))
+        labels = corrected(state, look, event.labels)
+        doubted = tuple([name for name in look.doubted if name not in event.labels])
+        return replace(state, look=replace(look, labels=labels, doubted=doubted))
     return _confirmed(state, look, event)
 
 
@@ -220,10 +226,32 @@ def check_labels(state: State, snapshot: Snapshot, labels: Iterable[str | None])
             raise SessionError(f"labels[{i}]", "must be a non-empty string of Unicode, or None", label)
         if names.count(label) > 1:
             raise SessionError(f"labels[{i}]", "must not be given to two detections", label)
+        if not np.isfinite(seen.position[i]).all():
+            expected = f"must be None: the pose of detection {seen.ids[i]} cannot be used"
+            raise SessionError(f"labels[{i}]", expected, label)
         layout = state.scene.layout
         if label not in layout.labels and seen.category[i] is None and layout.names_categories:
             expected = f"must be a label of the scene: detection {seen.ids[i]} has no category for a new one"
             raise SessionError(f"labels[{i}]", expected, label)
+
+
+def check_categories(
+    state: State, snapshot: Snapshot, labels: Iterable[str | None], before: Iterable[str | None]
+) -> None:
+    """See that labels that are new to their detections are of the same categories.
+
+    Raises:
+        SessionError: one is of another category.
+    """
+    layout, seen = state.scene.layout, snapshot.detections
+    category = dict(zip(layout.labels, layout.category, strict=True)) if layout.names_categories else {}
+    for i, (label, old) in enumerate(zip(labels, before, strict=True)):
+        own, mine = category.get(label or ""), seen.category[i]
+        if label != old and None not in (own, mine) and own != mine:
+            expected = (
+                f"must be of category {mine}, as detection {seen.ids[i]} is; force=True gives it anyhow"
+            )
+            raise SessionError(f"labels[{i}]", expected, f"{label}, a {own}")
 
 
 def _looked(state: State, event: Looked) -> State:
@@ -234,7 +262,8 @@ def _looked(state: State, event: Looked) -> State:
     known = set(state.scene.layout.labels)
     # A label may have been new when the snapshot was identified, and its confirmation undone since.
     labels = tuple(label if label in known else None for label in event.labels)
-    return replace(state, look=Look(in_map(state, event.snapshot), labels, event.tracks))
+    look = Look(in_map(state, event.snapshot), labels, event.tracks, doubted=event.doubted)
+    return replace(state, look=look)
 
 
 def _confirmed(state: State, look: Look, event: Confirmed) -> State:

@@ -69,6 +69,7 @@ def going_on(
     """
     earlier = {name: k for k, name in enumerate(seen.track_id) if name is not None}
     pairs = [(i, earlier[name]) for i, name in enumerate(now.track_id) if name in earlier]
+    pairs = [(i, k) for i, k in pairs if np.isfinite([now.position[i], seen.position[k]]).all()]
     away = np.array([np.linalg.norm(now.position[i] - seen.position[k]) for i, k in pairs])
     found = {}
     for p, (i, k) in enumerate(pairs):
@@ -123,11 +124,12 @@ def with_tracks(
             row[-1] = max(1 - row[:-1].sum(), 0.0)
         belief[held] = (1 - switch_rate) * told + switch_rate * picture[held]
         free = np.setdiff1d(np.arange(len(belief)), held)
-        if given is None:  # what a track holds is nothing else's
-            left = np.append(np.prod(1 - belief[held][:, :-1], axis=0), 1.0)
-            others = _normalised(picture * np.maximum(left, LEAST_BELIEF))
-        else:
-            others = _beliefs(given, labels)
+        # What a track holds is nothing else's: the method was told, but for detections that were set aside.
+        others, untold = picture, held
+        if given is not None:
+            others, untold = _beliefs(given, labels), [i for i in held if _set_aside(given, i)]
+        left = np.append(np.prod(1 - belief[untold][:, :-1], axis=0), 1.0)
+        others = _normalised(others * np.maximum(left, LEAST_BELIEF)) if untold else others
         belief[free] = (1 - switch_rate) * others[free] + switch_rate * picture[free]
         answer = _decided(answer, labels, belief)
     tracks = []
@@ -135,8 +137,14 @@ def with_tracks(
         likely = np.flatnonzero(belief[i, :-1] > LEAST_BELIEF).tolist()
         known = {labels[j]: round(float(belief[i, j]), 6) for j in likely}
         x, z = going[i].start if i in going else now.position[i].tolist()
-        tracks.append(None if name is None else Track((x, z), i in held, known))
+        lost = name is None or not np.isfinite(x + z)
+        tracks.append(None if lost else Track((x, z), i in held, known))
     return answer, tuple(tracks)
+
+
+def _set_aside(answer: Identification, i: int) -> bool:
+    """Whether a method that gives probabilities was not asked about a detection."""
+    return answer.probability is not None and not np.isfinite(answer.probability[i]).all()
 
 
 def _beliefs(answer: Identification, labels: Sequence[str]) -> FloatArray:

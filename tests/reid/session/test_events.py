@@ -56,13 +56,17 @@ def snapshot(seed, tracked):
     ids = tuple(str(name) for name in rng.permutation(["a", "b", "c", "d", "e", "x", "y"])[:n])
     yaw = np.where(rng.random(n) < 0.2, np.nan, rng.uniform(-7, 7, n))
     category = tuple(None if r < 0.1 else "box" for r in rng.random(n))
+    lost = rng.random(n) < 0.1
+    position, size = rng.uniform(-3, 3, (n, 2)) + 1e5, rng.uniform(0.1, 0.3, (n, 3))
+    position[lost], yaw[lost], size[lost] = np.nan, np.nan, np.nan
     seen = Detections(
         category,
-        rng.uniform(-3, 3, (n, 2)) + 1e5,
+        position,
         yaw,
-        rng.uniform(0.1, 0.3, (n, 3)),
+        size,
         ids=ids,
         track_id=tuple(f"t{name}" for name in ids) if tracked else None,
+        broken=tuple("x: must be a number, got None" if one else None for one in lost),
     )
     eye = Camera(rng.uniform(-3, 3, 2) + 1e5, rng.uniform(-3, 3), FOV)
     return Snapshot(eye, seen, float(seed))
@@ -75,6 +79,8 @@ def described(state):
         "labels": state.look.labels,
         "tracks": [t and (t.start, t.held, dict(t.belief)) for t in state.look.tracks],
         "confirmed": state.look.confirmed,
+        "broken": state.look.snapshot.detections.broken,
+        "doubted": state.look.doubted,
     }
     return {
         "scene": scene_to_dict(state.scene),

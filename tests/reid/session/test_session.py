@@ -1,11 +1,14 @@
 """Sessions: decisions, their undoing, new and lost objects, frames, and what is learnt."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from farm_ar.errors import OptionError, SessionError
-from farm_ar.reid import AdaptiveReid, Identification, RigidMotion, Session
+from farm_ar.reid import AdaptiveReid, Identification, RigidMotion, Session, identify
 from farm_ar.reid.alignment import moved
+from farm_ar.reid.base import Assurance
 from farm_ar.reid.session import Aligned, Committed, Confirmed, Corrected, SessionReid
 from farm_ar.scenes import Camera, Detections, FieldOfView, Layout, Scene, Snapshot
 from farm_ar.scenes.layout import NO_CATEGORY
@@ -333,6 +336,80 @@ def test_a_new_object_of_a_new_category_does_not_stop_the_learning():
     session.identify(with_lamp)
     session.confirm((*session.state.look.labels[:4], "lamp 1"))
     assert session.state.learnt.snapshots == 2
+
+
+def broken(snapshot, i, reason="x: must be a number, got None"):
+    found = snapshot.detections
+    position = found.position.copy()
+    position[i] = np.nan
+    reasons = tuple(reason if k == i else None for k in range(len(found)))
+    return replace(snapshot, detections=replace(found, position=position, broken=reasons))
+
+
+def test_one_broken_pose_costs_no_more_than_itself_in_a_saved_session_too(tmp_path):
+    snapshot = broken(seen(PLACE + 0.1, YAW), 1)
+    alone = identify(scene(), snapshot)
+    session = Session(scene())
+    answer = session.identify(snapshot)
+    assert answer.labels == alone.labels == ("o0", None, "o2", "o3")
+    assert answer.reason == alone.reason
+    with pytest.raises(SessionError, match=r"labels\[1\]: must be None: the pose of detection 1"):
+        session.correct({"1": "o1"})
+    session.save(tmp_path / "session.json")
+    again = Session.load(tmp_path / "session.json")
+    found = again.state.look.snapshot.detections
+    assert found.broken == snapshot.detections.broken
+    assert np.isnan(found.position[1]).all()
+    again.confirm()
+    again.commit()
+    assert again.scene.layout.position[1] == pytest.approx(PLACE[1])
+    assert again.scene.layout.position[0] == pytest.approx(PLACE[0] + 0.1)
+
+
+def test_answers_that_are_probably_wrong_are_named_when_they_are_confirmed(tmp_path):
+    # Two twins, both seen between their places: either way is as probable.
+    two = scene(PLACE[:2], np.full(2, np.nan), ("chair",) * 2)
+    between = seen(
+        PLACE[:2] * 0 + [[0.9, 0.3], [1.1, 0.2]], np.full(2, np.nan), ("chair",) * 2, ids=("a", "b")
+    )
+    session = Session(two, reid=Unsure)
+    session.identify(between)
+    session.save(tmp_path / "session.json")
+    assert session.confirm() == ("a",)
+    assert session.confirm() == ()
+    again = Session.load(tmp_path / "session.json", reid=Unsure)
+    again.correct({"a": "o0"})
+    assert again.confirm() == ()
+    again.undo()
+    again.undo()
+    assert again.confirm(["o0", "o1"]) == ()
+    again.undo()
+    assert again.confirm(Unsure(two).identify(between)) == ("a",)
+
+
+class Unsure:
+    """Says o0 and o1, the first with less confidence than not."""
+
+    def __init__(self, scene):
+        self.scene = scene
+
+    def identify(self, snapshot):
+        return Identification(("o0", "o1"), assurance=Assurance(confidence=np.array([0.4, 0.6])))
+
+
+def test_a_label_of_another_category_is_given_only_by_force():
+    session = Session(scene())
+    session.identify(seen(ids=("a", "b", "c", "d")))
+    with pytest.raises(SessionError, match=r"labels\[0\]: must be of category chair, as detection a is;"):
+        session.correct({"a": "o3"})
+    with pytest.raises(SessionError, match=r"got 'o3, a table'"):
+        session.confirm(("o3", "o1", "o2", "o0"))
+    session.correct({"a": "o3"}, force=True)
+    assert session.state.look.labels == ("o3", "o1", "o2", None)
+    session.confirm()  # what was forced before needs no force again
+    session.undo()
+    session.confirm(("o3", "o1", "o2", "o0"), force=True)
+    assert session.state.look.labels == ("o3", "o1", "o2", "o0")
 
 
 def test_one_object_no_objects_in_view_and_far_coordinates():

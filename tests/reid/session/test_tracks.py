@@ -1,5 +1,7 @@
 """Tracks that go on: evidence for the same label, but for switches and jumps."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -106,6 +108,41 @@ def test_what_a_track_holds_is_left_out_of_what_others_may_be():
     rest = np.array([0.6 * 0.01, 0.3 * 0.992, 0.1])
     assert found.probability[1] == pytest.approx(0.98 * rest / rest.sum() + 0.02 * picture[1])
     assert found.labels == ("a", "b")
+
+
+def test_what_a_track_holds_is_told_of_a_detection_that_the_method_is_not_asked_about():
+    picture = np.array([[np.nan] * 3, [0.6, 0.3, 0.1]])
+    answer = Identification((None, "a"), candidates=("a", "b"), assurance=Assurance(probability=picture))
+    now = look(ROW[:2], ("t1", None)).detections
+    found, _ = with_tracks(answer, answer, ("a", "b"), now, {0: Track((0.0, 0.0), True, {"a": 1.0})}, 0.02)
+    rest = np.array([0.6 * 0.02, 0.3, 0.1])  # the track holds a with 98%
+    assert found.probability[1] == pytest.approx(0.98 * rest / rest.sum() + 0.02 * picture[1])
+    assert found.labels == ("a", "b")
+
+
+def test_a_detection_set_aside_keeps_what_was_confirmed_of_its_track():
+    session = Session(scene())
+    session.identify(look(ROW, ("t1", "t2", "t3", "t4")))
+    session.confirm()
+    now = look([(0.0, 0.4), *ROW[1:]], ("t1", "t2", "t3", "t4"))
+    strange = replace(now.detections, category=("sofa", "chair", "chair", "chair"))
+    answer = session.identify(replace(now, detections=strange))
+    assert answer.labels == ("a", "b", "c", "d")
+
+
+def test_a_broken_pose_ends_its_track_and_no_other():
+    session = Session(scene())
+    tracks = ("t1", "t2", "t3", "t4")
+    session.identify(look(ROW, tracks))
+    session.confirm()
+    position = ROW.copy()
+    position[0] = np.nan
+    lost = replace(look(ROW, tracks).detections, position=position, broken=("x: no", None, None, None))
+    answer = session.identify(replace(look(ROW, tracks), detections=lost))
+    assert answer.labels == (None, "b", "c", "d")
+    assert answer.reason[0] == "its pose is broken: x: no"
+    assert [track is None for track in session.state.look.tracks] == [True, False, False, False]
+    assert session.state.look.tracks[1].held
 
 
 def test_hints_are_log_odds_for_the_labels_of_held_tracks():
