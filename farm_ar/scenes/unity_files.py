@@ -21,6 +21,7 @@ from scipy.spatial.transform import Rotation
 from farm_ar.arrays import SIDE, FloatArray, number_in
 from farm_ar.errors import SceneError
 from farm_ar.scenes.camera import CameraPath
+from farm_ar.scenes.documents import written
 from farm_ar.scenes.files import read_text
 from farm_ar.scenes.layout import Layout
 from farm_ar.scenes.scene import Scene, Site, Template
@@ -29,6 +30,9 @@ Size = tuple[float, float, float]
 
 _DOCUMENT = re.compile(r"^--- !u!(\d+) &(-?\d+)( stripped)?$", re.MULTILINE)
 _LINK = re.compile(r"\{fileID: (-?\d+)(?:, guid: (\w+))?")
+LARGEST = 1e9
+"""The largest number that is read: a larger one is a mistake."""
+
 _NUMBER = r"(-?\d*\.?\d+(?:[eE][-+]?\d+)?)"
 _VECTOR = re.compile(rf"\{{x: {_NUMBER}, y: {_NUMBER}, z: {_NUMBER}(?:, w: {_NUMBER})?\}}")
 _CHANGE = re.compile(
@@ -190,19 +194,19 @@ class _Parsed:
             if what == "m_Name":
                 node.name = value.strip()
             elif target is not None and axis in tuple("xyzw"[: len(target)]):
-                found = number_in(value)
-                if found is None:
-                    raise SceneError(what, "must be a number", value, self.source)
-                target["xyzw".index(axis)] = found
+                target["xyzw".index(axis)] = _number(value, what, self.source)
         self.nodes[number] = node
 
     def _read_script(self, body: str, owner: str) -> None:
         size = re.search(rf"^  meshSize: {_NUMBER}$", body, re.MULTILINE)
         if size is not None:
-            self.mesh_size = float(size[1])
+            self.mesh_size = _number(size[1], "meshSize", self.source)
         if "_bezierPath:" in body and owner:
             points = body.partition("points:")[2].partition("isClosed:")[0]
-            found = [[float(value) for value in match[:3]] for match in _VECTOR.findall(points)]
+            found = [
+                [_number(value, "points", self.source) for value in match[:3]]
+                for match in _VECTOR.findall(points)
+            ]
             self._paths[owner] = np.array(found).reshape(-1, 3)
             self._closed[owner] = "isClosed: 1" in body
 
@@ -289,7 +293,15 @@ def _vector(body: str, name: str) -> FloatArray:
     match = _VECTOR.match(_value(body, name))
     if match is None:
         raise SceneError(name, "must be {x: , y: , z: }", _value(body, name))
-    return np.array([float(value) for value in match.groups() if value is not None])
+    return np.array([_number(value, name) for value in match.groups() if value is not None])
+
+
+def _number(text: str, field: str, source: str | None = None) -> float:
+    value = number_in(text)
+    if value is None or not abs(value) <= LARGEST:
+        expected = f"must be a number from -{written(LARGEST)} to {written(LARGEST)}"
+        raise SceneError(field, expected, text, source)
+    return value
 
 
 def load_sizes(path: str | os.PathLike[str]) -> dict[str, Size]:

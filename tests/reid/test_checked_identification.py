@@ -1,6 +1,7 @@
 """`identify`: what cannot be identified is set aside with a reason, and the rest keeps its places."""
 
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -171,6 +172,23 @@ class Twice(Reidentifier):
     def identify(self, snapshot):
         self.asked.append(len(snapshot.detections))
         return SpatialReid(self.scene).identify(snapshot)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"position": np.zeros((5, 2)) + np.arange(5)[:, None]},
+        {"yaw": np.array([0.0, 0, 0, 0, 0.1])},
+        {"labels": ("ada", "ben", "cleo", "dan", "table")},
+        {"fixed": np.array([True, False, False, False, False])},
+    ],
+)
+def test_a_method_made_for_another_layout_is_refused(scene, change):
+    other = replace(scene, layout=replace(scene.layout, **change))
+    with pytest.raises(OptionError, match="reid: must be made for this scene"):
+        identify(scene, snapshot(scene), SpatialReid(other))
+    same = replace(scene, name="again", layout=replace(scene.layout))
+    assert identify(scene, snapshot(scene), SpatialReid(same)).labels == scene.layout.labels
 
 
 @pytest.mark.parametrize("shift", [(0.0, 0.0), (0.01, 0.005)])

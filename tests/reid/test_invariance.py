@@ -19,6 +19,7 @@ from farm_ar.reid import (
     RelationalReid,
     SpatialOptions,
     SpatialReid,
+    track,
 )
 from farm_ar.scenes import Bounds, Camera, Detections, FieldOfView, Layout, Scene, Snapshot
 
@@ -148,6 +149,41 @@ def test_origin_heading_unit_and_handedness_change_nothing(
     make = REIDENTIFIERS[name]
     found = make(other.scene(scene)).identify(other.snapshot(snapshot))
     assert_same(make(scene).identify(snapshot), found, scale)
+
+
+@pytest.mark.parametrize("name", ["spatial", "likelihood", "adaptive"])
+@settings(deadline=None, max_examples=settings().max_examples // 3)
+@given(
+    seed=SEEDS,
+    shift=st.tuples(*2 * [st.floats(-1000, 1000)]),
+    turn=st.floats(-7, 7),
+    log_scale=st.floats(-3, 3),
+    mirror=st.booleans(),
+)
+def test_what_several_snapshots_say_together_does_not_change_either(
+    name: str, seed: int, shift: tuple[float, float], turn: float, log_scale: float, mirror: bool
+) -> None:
+    scene, first = world(seed)
+    rng = np.random.default_rng(seed)
+    snapshots = [first]
+    for _ in range(2):
+        n, seen = len(first.detections), first.detections
+        again = replace(
+            seen,
+            position=seen.position + rng.normal(0, 0.01, (n, 2)),
+            yaw=seen.yaw + rng.normal(0, 0.03, n),
+        )
+        camera = replace(first.camera, position=rng.random(2) * (4.0, 3.0), yaw=rng.uniform(-3, 3))
+        snapshots.append(Snapshot(camera, again))
+    scale = 1.0 if name in PER_METRE else 10.0**log_scale
+    most = 9e5 / (5.0 * scale)
+    other = Writing((min(max(shift[0], -most), most), min(max(shift[1], -most), most)), turn, scale, mirror)
+    make = REIDENTIFIERS[name]
+    plain = track(make(scene), snapshots)
+    found = track(make(other.scene(scene)), [other.snapshot(one) for one in snapshots])
+    assert [one.tolist() for one in found.object_of] == [one.tolist() for one in plain.object_of]
+    np.testing.assert_allclose(found.position_sd, scale * plain.position_sd, rtol=1e-9)
+    assert_same(plain.identification, found.identification, scale)
 
 
 @settings(deadline=None)

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from farm_ar.reid.plausibility import check, set_aside
-from farm_ar.reid.plausibility.frames import ratios
+from farm_ar.reid.plausibility import check, frames, set_aside
+from farm_ar.reid.plausibility.frames import Ratio, ratios
 from farm_ar.reid.plausibility.patterns import Variant, log_evidence, places_of
 from farm_ar.scenes import (
     BUILTIN,
@@ -121,6 +121,22 @@ def test_each_fault_is_found_in_worlds_of_any_scale_and_origin(place, kind):
     found = kinds(scene, wrong)
     assert kind in found
     assert len(found) == len(set(found))
+
+
+def test_that_all_moved_a_little_alike_is_a_seldom_way_of_being_right(monkeypatch):
+    scene = world(seed=1)
+    snapshot = look(scene, seed=1)
+    codes = np.array([scene.layout.categories.index(name) for name in snapshot.detections.category])
+
+    def found(evidence, spoils):
+        """The ratios by kind, if the best motion of the frame has that evidence."""
+        motion = Ratio(evidence, "frame", "", spoils)
+        monkeypatch.setattr(frames, "_moved", lambda *_: [motion])
+        return {one.kind: one.ratio for one in ratios(scene, snapshot, codes)}
+
+    right = -found(0.0, True)["frame"]
+    gained = found(right + 2.0, False)["units"] - found(right + 2.0, True)["units"]
+    assert gained == pytest.approx(-np.log(1 + frames.NATURAL * np.exp(2.0)))
 
 
 @pytest.mark.parametrize("factor", [1e-3, 1e-2, 0.1, 0.3048, 1 / 0.3048, 10, 100, 1000])

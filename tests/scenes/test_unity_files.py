@@ -145,7 +145,12 @@ def test_what_cannot_be_used_is_named(tmp_path, text, field):
 
 @pytest.mark.parametrize(
     ("right", "wrong", "field"),
-    [("x: 1.5, y", "x: 1.2.3, y", "m_LocalPosition"), ("w: 1.0}", "w: 0}", "m_LocalRotation")],
+    [
+        ("x: 1.5, y", "x: 1.2.3, y", "m_LocalPosition"),
+        ("x: 1.5, y", "x: 1e400, y", "m_LocalPosition"),
+        ("x: 1.5, y", "x: -1e200, y", "m_LocalPosition"),
+        ("w: 1.0}", "w: 0}", "m_LocalRotation"),
+    ],
 )
 def test_a_number_or_a_rotation_that_is_none_is_named_and_other_line_ends_are_read(
     tmp_path, right, wrong, field

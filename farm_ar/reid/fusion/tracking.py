@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray, Record, read_only
 from farm_ar.errors import SnapshotError
+from farm_ar.geometry import diameter
 from farm_ar.reid.base import Assurance, Identification, Reidentifier, as_reidentifier
 from farm_ar.reid.fusion.association import Association, Seen, associate, mean_yaw
 from farm_ar.scenes import UNKNOWN, Camera, Detections, Snapshot
@@ -163,11 +165,10 @@ def _associated(snapshots: Sequence[Snapshot]) -> Association:
 
 
 def _area(position: FloatArray, cameras: Sequence[Camera]) -> float:
-    """Area over which the objects may be strewn: a box around the cameras and all they saw, square metres."""
+    """Area over which the objects may be strewn: a disc about the cameras and all they saw, square metres."""
     points = np.concatenate([position, np.array([camera.position for camera in cameras])])
-    reach = max(camera.fov.range_m for camera in cameras)
-    width, depth = np.ptp(points, axis=0) + reach
-    return float(width * depth)
+    across = diameter(points) + max(camera.fov.range_m for camera in cameras)
+    return math.pi / 4 * across**2
 
 
 def _fused(snapshots: Sequence[Snapshot], object_of: IntArray) -> tuple[Detections, FloatArray]:
