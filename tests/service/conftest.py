@@ -18,7 +18,7 @@ from farm_ar.scenes.json_files import scene_to_dict, snapshot_to_dict
 from farm_ar.service.access import Access
 from farm_ar.service.app import make_app
 from farm_ar.service.limits import ServiceLimits
-from farm_ar.service.network import listening
+from farm_ar.service.network import Certificate, listening
 from farm_ar.service.service import Answer, Service
 from farm_ar.service.store import Store
 
@@ -107,13 +107,21 @@ class Live:
 
 
 def live(
-    limits: ServiceLimits | None = None, access: Access | None = None, service: Service | None = None
+    limits: ServiceLimits | None = None,
+    access: Access | None = None,
+    service: Service | None = None,
+    tls: Certificate | None = None,
 ) -> Iterator[Live]:
     one = service or Service(Store(None), limits or ServiceLimits())
     allowed = access or Access()
     at = listening("127.0.0.1", 0)
     config = uvicorn.Config(
-        make_app(one, allowed), log_level="error", ws="websockets-sansio", timeout_graceful_shutdown=2
+        make_app(one, allowed),
+        log_level="error",
+        ws="websockets-sansio",
+        timeout_graceful_shutdown=2,
+        ssl_certfile=None if tls is None else tls.certificate,
+        ssl_keyfile=None if tls is None else tls.key,
     )
     server = uvicorn.Server(config)
     thread = threading.Thread(target=server.run, args=([at],), daemon=True)
@@ -122,7 +130,8 @@ def live(
     while not server.started and thread.is_alive() and time.monotonic() < deadline:
         time.sleep(0.01)
     assert server.started
-    yield Live(f"http://127.0.0.1:{at.getsockname()[1]}", one, allowed.token)
+    scheme = "http" if tls is None else "https"
+    yield Live(f"{scheme}://127.0.0.1:{at.getsockname()[1]}", one, allowed.token)
     server.should_exit = True
     thread.join(30)
     assert not thread.is_alive()

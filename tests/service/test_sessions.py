@@ -6,11 +6,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import linear_sum_assignment
+from typer.testing import CliRunner
 
+from farm_ar.cli.program import app
 from farm_ar.geometry import convert_points
 from farm_ar.reid import identify
+from farm_ar.reid.costs import dimension_cost, rotation_cost, total_cost, translation_cost
 from farm_ar.reid.session import Session
-from farm_ar.scenes import Layout, Scene, visible
+from farm_ar.scenes import Layout, Scene, Weights, scene_from_dict, snapshot_from_dict, visible
 from farm_ar.service.methods import OPTIONS, method_of
 from tests.service.conftest import Asked, lab, layout_body, seen_in, served_anew, snapshot_body
 
@@ -412,3 +416,37 @@ def test_limits_are_kept() -> None:
 @pytest.mark.parametrize("name", ["", "a/b", "../x", "x" * 65, "-a", "ä", "a b"])
 def test_a_session_has_a_plain_name(asked: Asked, name: str) -> None:
     assert asked.refused("layout", layout_body(lab()), name)[0] == 422
+
+
+def test_vectors_are_written_by_a_command_and_are_the_methods_answers(tmp_path: Path) -> None:
+    """The answers against those of SciPy's assignment of the costs that the readable equations give."""
+    path = tmp_path / "vectors.json"
+    result = CliRunner().invoke(app, ["conformance-vectors", "--out", str(path), "--number", "60"])
+    assert result.exit_code == 0, result.output
+    written = json.loads(path.read_text())
+    assert len(written["vectors"]) == 60
+    checked = 0
+    for one in written["vectors"]:
+        scene, seen = scene_from_dict(one["layout"]), snapshot_from_dict(one["snapshot"]).detections
+        layout, known = scene.layout, set(scene.layout.categories)
+        category = seen.category if layout.names_categories else (None,) * len(seen)
+        if any(name is not None and name not in known for name in category) or len(seen) > len(layout):
+            continue
+        weights = scene.weights or Weights.of_area(scene.area)
+        cost = total_cost(
+            translation_cost(seen.position, layout.position, scene.diagonal),
+            rotation_cost(seen.yaw, layout.yaw),
+            dimension_cost(seen.size, layout.size),
+            weights.translation,
+            weights.rotation,
+        )
+        gate = [[name is not None and name != other for other in layout.category] for name in category]
+        cost[np.array(gate).reshape(cost.shape)] = 1e6
+        rows, columns = linear_sum_assignment(cost)
+        given = cost[rows, columns]
+        if given.max() >= 1e6:
+            continue
+        assert [layout.labels[j] for j in columns] == one["labels"]
+        np.testing.assert_allclose(given, one["costs"], rtol=1e-9, atol=1e-12)
+        checked += 1
+    assert checked > 30
