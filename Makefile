@@ -15,7 +15,7 @@ HEADLINE = @printf '\n== %s\n'
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test test-all test-oldest setup lint format types imports wheel unit bench clean
+.PHONY: help demo play test test-all test-oldest setup lint format types imports wheel unit bench clean
 
 help: ## Show this list
 	@printf 'farm-ar: make TARGET [PYTHON=python3.12]\n\n'
@@ -24,6 +24,9 @@ help: ## Show this list
 demo: $(VENV)/compiled-films.stamp ## Set up, then film the game's two demonstrations, into out/
 	$(HEADLINE) "Filming the Farm-to-Table game, into out/"
 	@$(BIN)/farm-ar demo --out out
+
+play: $(VENV)/web.stamp $(VENV)/compiled-films.stamp ## Set up, then play the game on a page in a browser
+	@$(BIN)/farm-ar play
 
 test: setup lint types imports wheel unit ## Set up, then run every check (some minutes)
 
@@ -101,6 +104,11 @@ $(VENV)/core.stamp: $(VENV)/made.stamp pyproject.toml constraints.txt
 $(VENV)/dev.stamp: $(VENV)/core.stamp
 	$(HEADLINE) "Installing what the checks need, learners among it (once; some minutes)"
 	@$(INSTALL) --no-build-isolation --editable '.[dev,train,service]'
+	@touch $@
+
+$(VENV)/web.stamp: $(VENV)/core.stamp
+	$(HEADLINE) "Installing what the page needs (once)"
+	@$(INSTALL) --no-build-isolation --editable '.[web]'
 	@touch $@
 
 # Only what has changed since the last time is compiled.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from farm_ar.cli.options import REID_HELP, Seed
+from farm_ar.cli.options import REID_HELP, Seed, whole
 
 if TYPE_CHECKING:
     from farm_ar.game_logic.render_state import RenderState
@@ -83,13 +83,26 @@ def play(
     save: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Save the moves as a script for `farm-ar demo`.")
     ] = None,
+    terminal: Annotated[
+        bool, typer.Option("--terminal", help="Type the moves, in place of the page; --gaze, --out, --save.")
+    ] = False,
+    port: Annotated[
+        int,
+        typer.Option(metavar="N", parser=whole(0, 65535), help="The page's port; 0 for any that is free."),
+    ] = 0,
 ) -> None:
     """Play the Farm-to-Table game: move buildings while the headset cannot look, and see what it believes.
 
-    You type the hand's moves, visit by visit. After each visit the game prints
+    Opens a page on which you drag the buildings. Where there is no display, or its packages are not
+    installed, or with --terminal, you type the hand's moves, visit by visit; after each visit the game prints
     the identification of its one snapshot, and draws a picture. Can you make it take one building for
     another?
     """
+    from farm_ar.cli.page import can_show_page, serve_page
+
+    if not terminal and save is None and _at_a_terminal() and can_show_page():
+        serve_page(seed, reid, port)
+        return
     from farm_ar.cli.options import check_file, make_folder, writing
     from farm_ar.cli.output import print_line
     from farm_ar.reid import load_reid

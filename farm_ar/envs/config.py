@@ -46,9 +46,13 @@ KNOWLEDGE = ("white-box", "black-box")
 
 SESSIONS = ("off", "learn")
 
+STEERING = (10, 20, 30, 60)
+
+GAZES = ("random", "still")
+
 RENDER_MODES = ("rgb_array",)
 
-_AS_EVER = (("session", "off"), ("carry", "drag"))
+_AS_EVER = (("session", "off"), ("carry", "drag"), ("steps_per_second", 10), ("gaze", "random"))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,15 +78,17 @@ class EnvConfig:
         budget_m: what a visit may move all objects together, metres.
         budget_rad: what it may turn them, radians.
         budget: one effort in place of both, metres / diagonal + radians / pi.
-        visits: how many an episode has.
+        visits: how many an episode has; None for no end.
         moves: how many a visit has in control `move`.
         hand_seconds: time of a visit in control `hand`.
+        steps_per_second: how often the hand is steered in it, one of `STEERING`.
         carry: how the hand moves what it holds, one of `CARRIES`; without the game nothing is carried.
         animals_a_second: how many animals leave the shed.
         jitter: how starting layouts are drawn, one of `JITTERS`.
         play_seconds: play after a snapshot.
         head_noise_deg: SD of the head's turn between the begin of a visit and its snapshot, degrees.
         fov: the headset's field of view, one of `FIELDS_OF_VIEW`.
+        gaze: whether each visit has a camera of its own, or the first visit's, one of `GAZES`.
         game: whether there are physics, animals and counters.
         render_mode: one of `RENDER_MODES`, or None.
 
@@ -104,15 +110,17 @@ class EnvConfig:
     budget_m: float = 0.6
     budget_rad: float = float(np.pi / 2)
     budget: float | None = None
-    visits: int = 1
+    visits: int | None = 1
     moves: int = 6
     hand_seconds: float = 12.0
+    steps_per_second: int = 10
     carry: str = "drag"
     animals_a_second: float = 10.0
     jitter: str = "default"
     play_seconds: float = 5.0
     head_noise_deg: float = 0.0
     fov: str = "photo"
+    gaze: str = "random"
     game: bool = True
     render_mode: str | None = None
 
@@ -129,6 +137,7 @@ class EnvConfig:
         self._check_name("fov", FIELDS_OF_VIEW)
         self._check_name("session", SESSIONS)
         self._check_name("carry", CARRIES)
+        self._check_name("gaze", GAZES)
         expected = "must be rgb_array, through gym.make also rgb_array_list, or None; there is no window"
         self._check("render_mode", self.render_mode in (None, *RENDER_MODES), expected)
         reid_factory(self.reid)
@@ -138,8 +147,11 @@ class EnvConfig:
                 "session", learns, f"must be off with reid {self.reid}: adaptive is the one that learns"
             )
         perception_of(self.perception)
-        for name in ("visits", "moves"):
-            self._make_int(name, 1, "must be a whole number not below 1")
+        if self.visits is not None:
+            self._make_int("visits", 1, "must be a whole number not below 1, or None")
+        self._make_int("moves", 1, "must be a whole number not below 1")
+        self._make_int("steps_per_second", 1, "must be a whole number not below 1")
+        self._check("steps_per_second", self.steps_per_second in STEERING, f"must be one of {STEERING}")
         self._make_int("sign", -1, "must be 1 (an adversary) or -1 (a helper)")
         self._check("sign", self.sign in (-1, 1), "must be 1 (an adversary) or -1 (a helper)")
         for name in ("budget_m", "budget_rad", "hand_seconds"):

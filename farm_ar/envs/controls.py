@@ -21,12 +21,6 @@ from farm_ar.game_logic.physics.limits import Motion
 from farm_ar.game_logic.physics.state import TICK
 from farm_ar.scenes import Scene
 
-STEPS_PER_SECOND = 10
-"""How often the hand is steered."""
-
-TICKS_PER_STEP = round(1 / TICK / STEPS_PER_SECOND)
-
-
 Look = Callable[[], TableView]
 """Gives the table as it stands."""
 
@@ -132,12 +126,14 @@ class HandControl:
 
     Args:
         seconds: how long a visit may take, the way to the table included; then the hand is withdrawn.
+        steps_per_second: how often it is steered, a divisor of the ticks in a second.
     """
 
-    def __init__(self, seconds: float) -> None:
+    def __init__(self, seconds: float, steps_per_second: int) -> None:
         self._action = VelocityAction()
         self.space = self._action.space
         self._ticks = max(1, round(seconds / TICK))
+        self._step = round(1 / TICK / steps_per_second)
         self._left = self._ticks
 
     def begin(self, world: World, budget: Budget) -> None:
@@ -148,11 +144,11 @@ class HandControl:
         world.allow(budget.most)
 
     def act(self, action: Any, look: Look, world: World, budget: Budget) -> Outcome:
-        """Steer for a tenth of a second. The hand stops before the budget is exceeded, and is then raised."""
+        """Steer for a step. The hand stops before the budget is exceeded, and is then raised."""
         game, ticks = self._game, self._left
         vx, vz, twist, closed = self._action.decode(action)
         motion, passed, sighting = game.steer(
-            vx, vz, twist, closed, TICKS_PER_STEP if ticks > TICKS_PER_STEP else ticks
+            vx, vz, twist, closed, self._step if ticks > self._step else ticks
         )
         self._left = ticks = ticks - passed
         if motion is UNMOVED and sighting is None and ticks > 0:
@@ -176,7 +172,7 @@ class HandControl:
 def control_of(config: EnvConfig, scene: Scene) -> Control:
     """The control that a configuration asks for."""
     if config.control == "hand":
-        return HandControl(config.hand_seconds)
+        return HandControl(config.hand_seconds, config.steps_per_second)
     kinds = np.bincount(scene.layout.category_code[scene.layout.movable])
     action = MOVE_ACTIONS[str(config.action)](int(kinds.sum()), int(kinds.max()), unit_of(scene))
     return MoveControl(action, config.moves if config.control == "move" else 1)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -13,7 +14,7 @@ from farm_ar.arrays import BoolArray
 from farm_ar.envs.actions import checked_action
 from farm_ar.envs.budget import Budget, budget_of
 from farm_ar.envs.config import EnvConfig
-from farm_ar.envs.controls import STEPS_PER_SECOND, Control, control_of
+from farm_ar.envs.controls import Control, control_of
 from farm_ar.envs.features import Features
 from farm_ar.envs.generator import Generator, checked_options, scene_of
 from farm_ar.envs.observations import OBSERVATIONS, Left
@@ -172,14 +173,16 @@ class FarmToTableEnv(gym.Env[Any, Any]):
     | `perception` | `"oracle"` | or a `Perception` |
     | `budget_m`, `budget_rad` | .6, pi / 2 | what a visit may move and turn all objects together, metres and radians |
     | `budget` | `None` | one effort in place of both |
-    | `visits`, `moves` | 1, 6 | visits in an episode, moves in a visit |
+    | `visits`, `moves` | 1, 6 | visits in an episode, `None` for no end; moves in a visit |
     | `hand_seconds` | 12 | time of a visit in control `hand` |
+    | `steps_per_second` | 10 | how often the hand is steered in control `hand`: 10, 20, 30 or 60 |
     | `carry` | `"drag"` | or `"lift"`: the hand lifts a building over the others, pushes nothing, and sets it down where there is room, else on the straight way back as soon as there is; no physics then |
     | `animals_a_second` | 10 | animals that leave the shed; 3.3 times as many are on the table at once |
     | `jitter` | `"default"` | `"none"`, `"easy"` (SD .02 m, 6°), `"default"` (.05 m, 15°), `"hard"` (anywhere, .13 m apart), see Starting State |
     | `play_seconds` | 5 | play after a snapshot |
     | `head_noise_deg` | 0 | SD of the head's turn between the begin of a visit and its snapshot |
     | `fov` | `"photo"` | HoloLens 2: 64.7° across and 3 m far, or `"display"`, 43° by 29° and 3 m; the built-in scenes' own fields of view are for other commands |
+    | `gaze` | `"random"` | a camera drawn for each visit; or `"still"`, the first visit's for all |
     | `game` | `True` | physics, animals and counters |
     | `render_mode` | `None` | or `"rgb_array"` |
 
@@ -220,7 +223,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         self.action_space, self.observation_space = self._control.space, self._observation.space
         self._masked = isinstance(self.action_space, gym.spaces.MultiDiscrete)
         if config.control == "hand":
-            self.metadata = {**self.metadata, "render_fps": STEPS_PER_SECOND}
+            self.metadata = {**self.metadata, "render_fps": config.steps_per_second}
         self._trace: Trace | None = None
         self._view: TableView | None = None
         self._over = True
@@ -249,7 +252,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         self._order = meeting_order(layout, camera)
         self._movable = self._order[layout.movable[self._order]]
         self._features.meet(layout, self._order)
-        self._visits_left, self._accuracy = self._config.visits, 1.0
+        self._visits_left, self._accuracy = self._config.visits or math.inf, 1.0
         self._trace, self._over = trace, False
         self._begin_visit()
         return self._observed(), self._info(0.0, self._reward.nothing())
@@ -421,7 +424,8 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         self._visits_left -= 1
         self._over = self._visits_left == 0
         if not self._over:
-            self._world.camera = self._generator.camera(self.np_random)
+            if self._config.gaze == "random":
+                self._world.camera = self._generator.camera(self.np_random)
             self._begin_visit()
 
     def _observed(self) -> Any:
@@ -434,7 +438,8 @@ class FarmToTableEnv(gym.Env[Any, Any]):
     def _left(self) -> Left:
         """What is left of metres, radians, moves (or time) and visits, as shares."""
         metres, radians = self._budget.left
-        return metres, radians, self._control.left, self._visits_left / self._config.visits
+        visits = 1.0 if self._config.visits is None else self._visits_left / self._config.visits
+        return metres, radians, self._control.left, visits
 
     def _info(self, effort: float, paid: dict[str, float]) -> dict[str, Any]:
         world = self._world

@@ -1,0 +1,50 @@
+"""The page of `farm-ar play`: whether it can be shown, and serving it."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import sys
+import webbrowser
+
+NEEDED = ("fastapi", "uvicorn", "websockets")
+"""Packages of the extra `web`."""
+
+
+def can_show_page() -> bool:
+    """Whether there are a display and the packages; says in a line what is missing."""
+    from farm_ar.cli.output import print_line
+
+    if any(importlib.util.find_spec(name) is None for name in NEEDED):
+        print_line("To play on a page instead: pip install 'farm-ar[web]'")
+        return False
+    shown = (
+        sys.platform in ("darwin", "win32") or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    )
+    if not shown:
+        print_line("There is no display for the page, so type the moves")
+    return bool(shown)
+
+
+def serve_page(seed: int, reid: str, port: int, open_browser: bool = True) -> None:
+    """Serve the game's page on this machine until Ctrl-C."""
+    from farm_ar.cli.output import print_line, progress
+    from farm_ar.errors import known_name
+    from farm_ar.service.network import listening
+    from farm_ar.service.running import run
+    from farm_ar.web.app import make_web_app
+    from farm_ar.web.game import METHODS, Game
+
+    known_name("reid", reid, METHODS)
+    at = listening("127.0.0.1", port)
+    with progress("Setting up the table"):
+        Game(seed, reid).step()  # compiles what is not compiled
+    link = f"http://127.0.0.1:{at.getsockname()[1]}/"
+
+    def announce() -> None:
+        print_line(f"Play at {link} (Ctrl-C ends it)")
+        if open_browser:
+            webbrowser.open(link)
+
+    run(make_web_app(seed=seed, reid=reid), at, announce)
+    print_line("The game is over")

@@ -1,0 +1,242 @@
+"""The page and its games on HTTP: each game has a clock, one player and any number who watch."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import secrets
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager, suppress
+from dataclasses import dataclass, field
+from importlib.resources import files
+from typing import Any
+
+from farm_ar import __version__
+from farm_ar.envs.generator import JITTERS
+from farm_ar.errors import InputError, OptionError, known_name
+from farm_ar.rendering.models import MODELS
+from farm_ar.service.access import Access
+from farm_ar.service.refusals import missing_package
+from farm_ar.web.game import STEPS_PER_SECOND, Game, Pointer
+
+try:
+    from fastapi import FastAPI, Request, Response, WebSocket, WebSocketDisconnect
+except ImportError:
+    raise missing_package("fastapi") from None
+
+POLICY = "default-src 'self'; img-src 'self' data: blob:; connect-src 'self' blob: ws: wss:"
+"""What the page may load: nothing from elsewhere."""
+
+PAGES = {
+    "": ("index.html", "text/html"),
+    "play.js": ("play.js", "text/javascript"),
+    "style.css": ("style.css", "text/css"),
+}
+
+MOST_GAMES, KEPT_S, BEHIND = 32, 600.0, 8
+"""Games at once; how long one without anybody is kept, seconds; messages that a slow viewer may lack."""
+
+MOST_MESSAGE = 4096
+"""Characters of what a page may send at once."""
+
+
+@dataclass(eq=False)
+class Table:
+    """A game, its clock and who is there.
+
+    Args:
+        name: of the game, in links.
+        game: the game.
+    """
+
+    name: str
+    game: Game
+    player: WebSocket | None = None
+    viewers: dict[WebSocket, asyncio.Queue[str]] = field(default_factory=dict)
+    clock: asyncio.Task[None] | None = None
+    empty_since: float = 0.0
+
+    def tell(self, message: str) -> None:
+        """Have everybody get a message; one encoding for all. Who lags misses some."""
+        for queue in self.viewers.values():
+            if queue.qsize() >= BEHIND:
+                with suppress(asyncio.QueueEmpty):
+                    queue.get_nowait()
+            queue.put_nowait(message)
+
+    async def run(self) -> None:
+        """Let the game's time pass while somebody is there."""
+        loop, step = asyncio.get_running_loop(), 1 / STEPS_PER_SECOND
+        due = loop.time()
+        while self.viewers:
+            self.game.step()
+            if (news := self.game.news()) is not None:
+                self.tell(_encoded(news))
+            self.tell(_encoded(self.game.state()))
+            due = max(due + step, loop.time() - step)  # what was missed is not caught up with
+            await asyncio.sleep(max(0.0, due - loop.time()))
+        self.empty_since = loop.time()
+
+
+def make_web_app(access: Access | None = None, seed: int = 0, reid: str = "spatial") -> FastAPI:
+    """The application of the page.
+
+    Args:
+        access: who may ask; on loopback anyone by default.
+        seed: of the first game.
+        reid: its re-identifier.
+    """
+    allowed = access or Access()
+    tables: dict[str, Table] = {}
+
+    @asynccontextmanager
+    async def life(app: FastAPI) -> AsyncIterator[None]:
+        yield
+        for table in tables.values():
+            if table.clock is not None:
+                table.clock.cancel()
+
+    app = FastAPI(
+        title="farm-ar: the game", version=__version__, docs_url=None, redoc_url=None, lifespan=life
+    )
+    app.state.tables = tables
+    _add_files(app, allowed)
+
+    @app.get("/healthz")
+    async def healthz() -> dict[str, str]:
+        return {"status": "ok", "version": __version__}
+
+    @app.get("/games/{name}/trace")
+    async def trace(name: str, request: Request) -> Response:
+        try:
+            allowed.check(request.headers, request.query_params)
+        except InputError as problem:
+            return Response(str(problem), 403)
+        table = tables.get(name)
+        if table is None:
+            return Response("no such game", 404)
+        text = await asyncio.to_thread(table.game.trace)
+        head = {"Content-Disposition": 'attachment; filename="farm-ar-game.json"'}
+        return Response(text, headers=head, media_type="application/json")
+
+    @app.websocket("/games/{name}")
+    async def play(socket: WebSocket, name: str) -> None:
+        try:
+            allowed.check(socket.headers, socket.query_params)
+            table = _table(tables, name, seed, reid)
+        except InputError as problem:
+            await socket.close(1008, str(problem)[:120])
+            return
+        await socket.accept()
+        await _attend(table, socket)
+
+    return app
+
+
+def _add_files(app: FastAPI, access: Access) -> None:
+    static, models = files("farm_ar.web") / "static", files("farm_ar.rendering") / "models"
+
+    @app.get("/{name}", include_in_schema=False)
+    async def page(name: str) -> Response:
+        if name not in PAGES:
+            return Response("not found", 404)
+        file, kind = PAGES[name]
+        head = {"Content-Security-Policy": POLICY, "Cache-Control": "no-cache"}
+        return Response((static / file).read_bytes(), headers=head, media_type=kind)
+
+    @app.get("/", include_in_schema=False)
+    async def index() -> Response:
+        return await page("")
+
+    @app.get("/models/{name}.glb", include_in_schema=False)
+    async def shape(name: str) -> Response:
+        if name not in MODELS:
+            return Response("not found", 404)
+        return Response((models / f"{name}.glb").read_bytes(), media_type="model/gltf-binary")
+
+
+def _table(tables: dict[str, Table], name: str, seed: int, reid: str) -> Table:
+    """The game of that name; "new" makes one, and so does a name of before the server restarted."""
+    now = asyncio.get_running_loop().time()
+    for other, table in list(tables.items()):
+        if not table.viewers and now - table.empty_since > KEPT_S:
+            del tables[other]
+    if name in tables:
+        return tables[name]
+    if len(tables) >= MOST_GAMES:
+        raise OptionError("games", f"must be at most {MOST_GAMES} at once; try again later", len(tables) + 1)
+    name = secrets.token_urlsafe(6) if name == "new" else name[:32]
+    tables[name] = table = Table(name, Game(seed, reid))
+    return table
+
+
+async def _attend(table: Table, socket: WebSocket) -> None:
+    """Have a page play, or watch, until it goes."""
+    queue: asyncio.Queue[str] = asyncio.Queue()
+    if table.player is None:
+        table.player = socket
+    _greet(table, socket, queue)
+    table.viewers[socket] = queue
+    if table.clock is None or table.clock.done():
+        table.clock = asyncio.create_task(table.run())
+    sending = asyncio.create_task(_send(socket, queue))
+    try:
+        while True:
+            text = await socket.receive_text()
+            if socket is table.player:
+                _obey(table, text, queue)
+    except (WebSocketDisconnect, RuntimeError, KeyError):
+        pass
+    finally:
+        sending.cancel()
+        table.viewers.pop(socket, None)
+        if table.player is socket:
+            table.player, table.game.pointer = None, Pointer()
+            for other, its in table.viewers.items():  # who has watched longest plays on
+                table.player = other
+                _greet(table, other, its)
+                break
+
+
+def _greet(table: Table, socket: WebSocket, queue: asyncio.Queue[str]) -> None:
+    role = "player" if table.player is socket else "viewer"
+    queue.put_nowait(_encoded({**table.game.hello(), "game": table.name, "role": role}))
+
+
+async def _send(socket: WebSocket, queue: asyncio.Queue[str]) -> None:
+    with suppress(WebSocketDisconnect, RuntimeError):
+        while True:
+            await socket.send_text(await queue.get())
+
+
+def _obey(table: Table, text: str, queue: asyncio.Queue[str]) -> None:
+    """Do what the player's page says; what cannot be done is answered in a line."""
+    try:
+        message = json.loads(text) if len(text) <= MOST_MESSAGE else None
+        if not isinstance(message, dict):
+            raise OptionError(
+                "message", f"must be a JSON object of at most {MOST_MESSAGE} characters", text[:40]
+            )
+        if message.get("do") == "new":
+            table.game = _new_game(message)
+            for socket, its in table.viewers.items():
+                _greet(table, socket, its)
+        else:
+            table.game.pointer = Pointer.told(message)
+    except (InputError, ValueError, RecursionError) as problem:
+        queue.put_nowait(_encoded({"kind": "refused", "reason": str(problem)}))
+
+
+def _new_game(message: dict[str, Any]) -> Game:
+    seed = message.get("seed", 0)
+    if not isinstance(seed, int) or isinstance(seed, bool) or not 0 <= seed < 2**31:
+        raise OptionError("seed", f"must be a whole number from 0 to {2**31 - 1}", seed)
+    names = [
+        str(message.get(*default)) for default in (("reid", "spatial"), ("jitter", "easy"), ("gaze", "all"))
+    ]
+    known_name("jitter", names[1], JITTERS)
+    return Game(seed, *names)
+
+
+def _encoded(message: dict[str, Any]) -> str:
+    return json.dumps(message, separators=(",", ":"))

@@ -1,0 +1,225 @@
+"""The page in Chromium: mouse, keys, a finger, links, a server that comes back, nothing from elsewhere."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+import uvicorn
+
+from farm_ar.service.network import listening
+from farm_ar.web.app import make_web_app
+from farm_ar.web.game import Game
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+
+SOFTWARE_GL = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+
+
+@contextmanager
+def serving(port: int = 0) -> Iterator[tuple[str, Any]]:
+    """The page on a port of this machine: its address, and the application."""
+    at, app = listening("127.0.0.1", port), make_web_app()
+    config = uvicorn.Config(app, log_level="error", ws="websockets-sansio", timeout_graceful_shutdown=1)
+    server = uvicorn.Server(config)
+    thread = threading.Thread(target=server.run, args=([at],), daemon=True)
+    thread.start()
+    while not server.started:
+        time.sleep(0.02)
+    try:
+        yield f"http://127.0.0.1:{at.getsockname()[1]}/", app
+    finally:
+        server.should_exit = True
+        thread.join(timeout=10)
+        at.close()
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    if CHROMIUM is None:
+        (pytest.fail if os.environ.get("FARM_AR_CLIENTS") == "all" else pytest.skip)("there is no Chromium")
+    api = pytest.importorskip("playwright.sync_api")
+    Game().step()  # compiles what is not compiled
+    with api.sync_playwright() as playwright:
+        one = playwright.chromium.launch(executable_path=CHROMIUM, args=SOFTWARE_GL)
+        yield one
+        one.close()
+
+
+class Page:
+    """A page, the server's game behind it, and what went wrong."""
+
+    def __init__(self, browser: Any, link: str, app: Any, **context: Any) -> None:
+        context.setdefault("viewport", {"width": 900, "height": 560})
+        self.context = browser.new_context(**context)
+        self.page = self.context.new_page()
+        self.app, self.wrong, self.asked = app, [], []
+        self.page.on("console", lambda said: self.wrong.append(said.text) if said.type == "error" else None)
+        self.page.on("pageerror", lambda problem: self.wrong.append(str(problem)))
+        self.page.on("request", lambda request: self.asked.append(request.url))
+        self.page.goto(link)
+        self.page.wait_for_selector("body[data-step]", timeout=60_000)
+
+    @property
+    def game(self) -> Game:
+        (table,) = self.app.state.tables.values()
+        return table.game
+
+    def on_page(self, x: float, z: float) -> tuple[float, float]:
+        """Where a point of the table is shown."""
+        box = self.page.locator("#above").bounding_box()
+        wide, deep = 0.69, 0.49  # half of what is shown at least: the table and 9 cm about it
+        scale = min(box["width"] / (2 * wide), box["height"] / (2 * deep))
+        return box["x"] + box["width"] / 2 + (x - 0.6) * scale, box["y"] + box["height"] / 2 - (
+            z - 0.4
+        ) * scale
+
+    def place(self, label: str) -> tuple[float, float]:
+        truth = self.game.world.truth
+        return tuple(truth.position[truth.index(label)].tolist())
+
+    def until(self, condition: Callable[[], bool], seconds: float = 20.0) -> None:
+        end = time.monotonic() + seconds
+        while not condition():
+            assert time.monotonic() < end, self.wrong
+            self.page.wait_for_timeout(50)
+
+    def hand_at(self, x: float, z: float) -> None:
+        self.until(lambda: abs(self.game.world.tabletop.hand.position - [x, z]).max() < 5e-3)
+
+    def close(self) -> None:
+        self.context.close()
+
+
+@pytest.fixture
+def open_page(browser: Any) -> Iterator[Callable[..., Page]]:
+    pages: list[Page] = []
+    with serving() as (link, app):
+
+        def open_one(end: str = "", **context: Any) -> Page:
+            pages.append(Page(browser, link + end, app, **context))
+            return pages[-1]
+
+        yield open_one
+        for page in pages:
+            page.close()
+
+
+def test_dragging_freezes_leaving_looks_and_labels_follow(open_page) -> None:
+    page = open_page()
+    start, goal = page.place("blue-coop"), (0.6, 0.15)
+    page.page.mouse.move(*page.on_page(*start))
+    page.hand_at(*start)
+    page.page.mouse.down()
+    page.until(lambda: page.game.world.tabletop.hand.gripped is not None)
+    page.page.mouse.move(*page.on_page(*goal), steps=5)
+    page.hand_at(*goal)
+    assert page.page.locator("#phase").inner_text().startswith("Hand in view")
+    page.page.mouse.wheel(0, 100)
+    page.until(lambda: abs(page.game.world.tabletop.hand.yaw) > 0.1)
+    page.page.mouse.up()
+    page.until(lambda: page.game.world.tabletop.hand.gripped is None)
+    page.page.mouse.move(880, 10, steps=3)
+    page.page.wait_for_selector("#answers li")
+    moved = page.place("blue-coop")
+    assert abs(moved[0] - goal[0]) < 0.02
+    assert abs(moved[1] - goal[1]) < 0.02
+    assert (
+        page.page.locator("#answers li").count() == len(page.game.world.sightings[-1].source) - 1
+    )  # the shed
+    assert "Do you believe it" in page.page.locator("#news").inner_text()
+    page.page.keyboard.press("t")
+    assert page.page.locator("#truth").get_attribute("aria-pressed") == "true"
+    assert "Snapshot 1." in page.page.locator("#news").inner_text()
+    assert not page.wrong
+    assert all(url.startswith(("http://127.0.0.1:", "data:", "blob:")) for url in page.asked)
+
+
+def test_keys_play_the_whole_game(open_page) -> None:
+    page = open_page()
+    pane = page.page.locator("#above")
+    pane.focus()
+    pane.press("ArrowUp")
+    page.until(lambda: page.game.pointer.x is not None)
+    before = page.game.pointer.x, page.game.pointer.z
+    for key in ("ArrowRight", "ArrowUp", "e", " "):
+        pane.press(key)
+    page.until(lambda: page.game.pointer.grip and page.game.pointer.turn > 0.1)
+    assert page.game.pointer.x == pytest.approx(before[0] + 0.02)
+    assert page.game.pointer.z == pytest.approx(before[1] + 0.02)
+    pane.press("Enter")
+    page.until(lambda: page.game.pointer.x is None)
+    assert not page.wrong
+
+
+def test_a_finger_drags_on_a_phone(open_page) -> None:
+    page = open_page(viewport={"width": 390, "height": 780}, has_touch=True, is_mobile=True)
+    start = page.place("cyan-hutch")
+    x, y = page.on_page(*start)
+    touch = page.context.new_cdp_session(page.page)
+
+    def finger(kind: str, *points: tuple[float, float]) -> None:
+        told = [{"x": a, "y": b, "id": k} for k, (a, b) in enumerate(points)]
+        touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": told})
+
+    finger("touchStart", (x, y))
+    page.until(lambda: page.game.world.tabletop.hand.gripped is not None)
+    x, y = page.on_page(0.5, 0.1)
+    finger("touchMove", (x, y))
+    page.hand_at(0.5, 0.1)
+    finger("touchEnd")
+    page.until(lambda: len(page.game.world.sightings) == 1)
+    assert not page.wrong
+    width = page.page.evaluate("() => document.documentElement.scrollWidth")
+    assert width <= 390
+
+
+def test_a_link_shows_a_game_to_those_who_watch(open_page) -> None:
+    page = open_page()
+    other = open_page(page.page.url.split("/", 3)[3])
+    assert "You watch" in other.page.locator("#role").inner_text()
+    other.page.mouse.move(*other.on_page(0.6, 0.4))
+    other.page.wait_for_timeout(300)
+    assert page.game.pointer.x is None
+    page.page.select_option("#method", "likelihood")
+    page.until(lambda: page.game.reid == "likelihood")
+    page.close()
+    other.until(lambda: other.page.locator("#role").inner_text() == "")  # who watched plays on
+    assert not page.wrong
+    assert not other.wrong
+
+
+def test_the_page_comes_back_when_the_server_does(browser) -> None:
+    with serving() as (link, app):
+        page = Page(browser, link, app)
+    page.page.wait_for_selector("#lost:not([hidden])", timeout=20_000)
+    with serving(int(link.rsplit(":", 1)[1].strip("/"))):
+        page.page.wait_for_selector("#lost", state="hidden", timeout=20_000)
+        page.close()
+
+
+def test_the_bundle_is_what_its_sources_make(tmp_path) -> None:
+    """Needs npm and the packages of the lock file; where they cannot be had the test is skipped."""
+    root = Path(__file__).parents[2]
+    if shutil.which("npm") is None:
+        pytest.skip("there is no npm")
+    shutil.copytree(root / "web", tmp_path / "web", ignore=shutil.ignore_patterns("node_modules"))
+    static = tmp_path / "farm_ar" / "web" / "static"
+    static.mkdir(parents=True)
+    got = subprocess.run(["npm", "ci"], cwd=tmp_path / "web", capture_output=True, text=True, check=False)
+    if got.returncode:
+        pytest.skip(f"npm ci: {got.stderr[-300:]}")
+    subprocess.run(["npm", "run", "-s", "check"], cwd=tmp_path / "web", check=True)
+    subprocess.run(["npm", "run", "-s", "build"], cwd=tmp_path / "web", check=True)
+    made = sorted(file.name for file in static.iterdir())
+    assert made == sorted(file.name for file in (root / "farm_ar" / "web" / "static").iterdir())
+    for name in made:
+        assert (static / name).read_bytes() == (root / "farm_ar" / "web" / "static" / name).read_bytes(), name

@@ -1,0 +1,22 @@
+// @ts-check
+/**
+ * What the server tells. Metres and radians; x to the right, z away from the player, y up, yaw clockwise from
+ * above with 0 along +z.
+ *
+ * @typedef {{label: string, category: string, size: [number, number, number], fixed: boolean}} Thing
+ * @typedef {{kind: "hello", seed: number, reid: string, jitter: string, gaze: string, gazes: string[],
+ *   methods: string[], width: number,
+ *   depth: number, objects: Thing[], game: string, role: "player" | "viewer"}} Hello
+ * @typedef {{x: number, z: number, height: number, yaw: number, pitch: number, left: number, right: number,
+ *   range: number}} Headset
+ * @typedef {{kind: "state", step: number, phase: "play" | "hand", objects: [number, number, number][],
+ *   believed: [number, number, number][], wrong: number[], counts: number[], misplaced: number[],
+ *   hand: [number, number, number, number | null] | null, animals: [number, number, number, number][],
+ *   camera: Headset, effort_m: number, effort_rad: number, snapshots: number, over: boolean}} State
+ * @typedef {{object: number, label: string | null, confidence: number | null, right: boolean}} Detection
+ * @typedef {{kind: "snapshot", number: number, accuracy: number, detections: Detection[],
+ *   wrong_labels: number}} Snapshot
+ * @typedef {{kind: "refused", reason: string}} Refused
+ * @typedef {Hello | State | Snapshot | Refused} Message
+ */
+export {};

@@ -1,0 +1,27 @@
+// @ts-check
+/** Colours of labels by the word before the dash, apart from one another for every kind of colour vision. */
+export const COLOURS = {
+  yellow: "#f0e442",
+  blue: "#2f6fd0",
+  red: "#d33c2c",
+  orange: "#f08c1a",
+  green: "#1f9d62",
+  cyan: "#5cc8ee",
+  magenta: "#d85ca8",
+  purple: "#7a4fc0",
+  white: "#f6f6f2",
+  brown: "#8a5a33",
+};
+
+/** @param {string} label */
+export function colourOf(label) {
+  const word = label.split("-")[0];
+  return /** @type {Record<string, string>} */ (COLOURS)[word] ?? "#c8c8c8";
+}
+
+/** Black or white, whichever can be read on a colour. @param {string} colour */
+export function inkOn(colour) {
+  const value = Number.parseInt(colour.slice(1), 16);
+  const light = 0.3 * (value >> 16) + 0.59 * ((value >> 8) & 255) + 0.11 * (value & 255);
+  return light > 140 ? "#111" : "#fff";
+}
