@@ -13,7 +13,7 @@ import httpx
 import numpy as np
 import pytest
 import schemathesis
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 from schemathesis import GenerationMode
 
@@ -49,6 +49,7 @@ def _ask_anything(one: Live) -> None:
     @settings(
         max_examples=10 * settings().max_examples,
         suppress_health_check=list(HealthCheck),
+        phases=(Phase.generate,),
         database=None,
     )
     def ask(case: Any, known: bool) -> None:
@@ -56,7 +57,7 @@ def _ask_anything(one: Live) -> None:
             case.path_parameters = {"name": "room"}
         reply = case.call(base_url=one.url)
         statuses[reply.status_code] = statuses.get(reply.status_code, 0) + 1
-        assert reply.status_code < 500 or reply.status_code == 503, (case, reply.text)
+        assert reply.status_code < 500, (case, reply.text)
         if reply.status_code >= 400 and reply.headers.get("content-type") == "application/json":
             assert "message" in reply.json().get("error", reply.json()) or "detail" in reply.json()
 
