@@ -74,6 +74,7 @@ def truth_of(world: World, image: str) -> dict[str, Any]:
             "visible": round(seen.get(k + 1, (0.0, 0))[0], 4),
             "pixels": seen.get(k + 1, (0.0, 0))[1],
             "touching": world.touching[k],
+            "fixed": category == "shed",
         }
         for k, (category, place, yaw, size) in enumerate(world.objects)
     ]
@@ -239,7 +240,7 @@ def _surface(mi: Any, paint: Paint) -> dict[str, Any]:
         reflectance = {"type": "bitmap", "bitmap": mi.Bitmap(tile), "raw": True, "wrap_mode": "repeat"}
     if not paint.rough:
         return {"type": "diffuse", "reflectance": reflectance}
-    return {"type": "roughplastic", "diffuse_reflectance": reflectance, "alpha": paint.rough}
+    return {"type": "principled", "base_color": reflectance, "roughness": paint.rough**0.5}
 
 
 def pattern(paint: Paint) -> FloatArray:

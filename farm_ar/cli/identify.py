@@ -10,6 +10,7 @@ import typer
 from farm_ar.cli.options import DEFAULT_REID, REID_HELP, number
 
 if TYPE_CHECKING:
+    from farm_ar.cli.from_image import Photo
     from farm_ar.cli.inputs import Choices
     from farm_ar.reid import Reidentifier
     from farm_ar.reid.alignment import Pose
@@ -23,7 +24,7 @@ SceneName = Annotated[
     ),
 ]
 SnapshotFile = Annotated[
-    Path,
+    Path | None,
     typer.Option(
         metavar="FILE|-",
         help="The snapshot: .json, or .csv with --camera; - reads standard input, one or many as JSON.",
@@ -36,9 +37,22 @@ Room = Annotated[
 CameraView = Annotated[
     str | None,
     typer.Option(
-        metavar="X,Z,YAW_DEG,FOV_DEG,RANGE_M",
-        help="The camera, in the table's frame and units (the range in metres); for a snapshot in CSV only.",
+        metavar="X,Z,YAW_DEG,FOV_DEG,RANGE_M|FILE",
+        help="The camera, in the table's frame and units (the range in metres), for a snapshot in CSV; or a "
+        ".json file with an image's.",
     ),
+]
+ImageFile = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", help="Instead of a snapshot: a .png or .jpg, with --camera and --meshes."),
+]
+Meshes = Annotated[
+    Path | None,
+    typer.Option(metavar="FOLDER", help="With --image: a mesh for each category, named after it."),
+]
+Estimator = Annotated[
+    str,
+    typer.Option(metavar="NAME", help="With --image, finds poses: network, or module:Class of your own."),
 ]
 Frame = Annotated[
     str,
@@ -108,9 +122,12 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print the answer as JSON a
 
 def identify(
     scene: SceneName,
-    snapshot: SnapshotFile,
+    snapshot: SnapshotFile = None,
+    image: ImageFile = None,
     room: Room = None,
     camera: CameraView = None,
+    meshes: Meshes = None,
+    estimator: Estimator = "network",
     frame: Frame = "map",
     anchor: Anchor = None,
     reid: Reid = None,
@@ -124,7 +141,7 @@ def identify(
     plot: Plot = None,
     as_json: AsJson = False,
 ) -> None:
-    """Identify the detections of a snapshot.
+    """Identify the detections of a snapshot, or what an image shows.
 
     Warnings, on the error stream and in the JSON, say what cannot be right.
     Poses are printed in the snapshot's own frame, units and origin.
@@ -135,18 +152,22 @@ def identify(
     Options marked (*) belong to the method spatial, which is used where no other is named with them, and for
     very many objects.
     """
-    from farm_ar.cli.inputs import Choices, make_rule, read_scene, read_snapshot, refuse
+    from farm_ar.cli.inputs import Choices, make_rule, read_scene, refuse
+    from farm_ar.errors import OptionError
     from farm_ar.reid.checked import known_frame
 
     known_frame(frame)
     known = read_scene(scene, room)
     choices = Choices(threshold, weights, gate, solver, min_confidence, confusion)
     asked = Asked(known, reid or _usual(choices), explain, plot, as_json, frame, anchor)
+    if (snapshot is None) == (image is None):
+        raise OptionError("--snapshot", "must be given, or --image instead of it", snapshot)
     if str(snapshot) == "-":
         refuse([("--camera", camera), ("--plot", plot)], "with --snapshot -")
         _answer_stream(asked, make_rule(known, asked.reid, choices))
         return
-    seen = read_snapshot(snapshot, camera)
+    seen, photo = _seen(asked.scene, snapshot, image, camera, meshes, estimator)
+    asked = asked._replace(photo=photo)
     if reid is None:
         asked = asked._replace(reid=_affordable(asked, seen))
     _answer(asked, make_rule(known, asked.reid, choices), seen)
@@ -164,6 +185,29 @@ class Asked(NamedTuple):
     anchor: str | None
     line: int | None = None
     """The line of a stream that is answered, with JSON in one line."""
+    photo: Photo | None = None
+    """The image, where it is one that is asked about."""
+
+
+def _seen(
+    scene: Scene,
+    snapshot: Path | None,
+    image: Path | None,
+    camera: str | None,
+    meshes: Path | None,
+    estimator: str,
+) -> tuple[Snapshot, Photo | None]:
+    """The snapshot, from its file or from an image."""
+    from farm_ar.cli.inputs import read_snapshot, refuse
+
+    if snapshot is not None:
+        refuse([("--meshes", meshes)], "without --image")
+        return read_snapshot(snapshot, camera), None
+    from farm_ar.cli.from_image import read_photo
+
+    assert image is not None
+    photo = read_photo(scene, image, camera, meshes, estimator)
+    return photo.snapshot, photo
 
 
 def _usual(choices: Choices) -> str:
@@ -217,7 +261,11 @@ def _answer(asked: Asked, rule: Reidentifier, seen: Snapshot) -> None:
     anchor = _anchor(asked, seen)
     found = identify_in_frame(asked.scene, seen, affordable, asked.frame, anchor=anchor)
     why = None if asked.explain is None else explanation(rule, found.snapshot, asked.explain)
-    if asked.plot is not None:
+    if asked.plot is not None and asked.photo is not None:
+        from farm_ar.cli.from_image import draw_photo
+
+        draw_photo(asked.scene, asked.photo, found.identification, asked.plot)
+    elif asked.plot is not None:
         reports.picture_of_identification(asked.scene, found.snapshot, found.identification, asked.plot)
     _warn(asked, found)
     if asked.as_json:

@@ -24,6 +24,7 @@ from farm_ar.cli.serving import conformance_vectors, serve, serve_replay
 from farm_ar.cli.showcases import showcase
 from farm_ar.cli.stress import design, stress, stress_replay
 from farm_ar.cli.training import evaluate, train, watch
+from farm_ar.cli.vision import app as vision
 from farm_ar.errors import InputError, MissingPackageError, OptionError, UnfinishedError, escaped
 
 MISTAKE, UNFINISHED, INTERRUPTED = 2, 3, 130
@@ -100,6 +101,7 @@ app = typer.Typer(
 )
 app.add_typer(scenes, name="scenes")
 app.add_typer(sweeps, name="sweeps")
+app.add_typer(vision, name="vision")
 app.command("compile")(compile_kernels)
 app.command()(saying("Loading the benchmark")(benchmark))
 app.command("conformance-vectors")(saying("Writing vectors")(conformance_vectors))

@@ -150,6 +150,7 @@ def import_unity(
 KINDS = {
     "scene": "farm_ar.scenes.json_files:SCENE",
     "snapshot": "farm_ar.scenes.json_files:SNAPSHOT",
+    "camera": "farm_ar.scenes.declarations:CAMERA",
     "session": "farm_ar.reid.session.documents:SESSION",
     "trace": "farm_ar.envs.trace:TRACE",
     "script": "farm_ar.showcases.script:SCRIPT",

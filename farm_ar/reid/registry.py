@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
 from importlib import import_module
 from inspect import signature
@@ -75,23 +75,7 @@ def load_reid(name: str, field: str = "reid") -> ReidFactory:
     """
     if name in REIDENTIFIERS:
         return REIDENTIFIERS[name]
-    module, _, attribute = name.partition(":")
-    if not (module and attribute):
-        known = ", ".join(sorted(REIDENTIFIERS))
-        raise OptionError(field, f"must be one of {known}, or module:Class of your own", name)
-    here = str(Path.cwd())
-    if here not in sys.path:
-        sys.path.append(here)
-    try:
-        found = import_module(module)
-    except ImportError as missing:
-        if missing.name is None or not (module + ".").startswith(missing.name + "."):
-            raise
-        expected = f"must name a module in this folder or on PYTHONPATH: there is no {missing.name}"
-        raise OptionError(field, expected, name) from None
-    make = getattr(found, attribute, None)
-    if not callable(make):
-        raise OptionError(field, f"must name a class at the top of {module}{_classes_of(found)}", name)
+    make = imported(name, field, REIDENTIFIERS)
     return partial(_made, make, name, field)
 
 
@@ -103,6 +87,38 @@ def _classes_of(module: ModuleType) -> str:
         if isinstance(value, type) and value.__module__ == module.__name__ and not key.startswith("_")
     ]
     return f", one of {', '.join(own)}" if own else ", which defines none"
+
+
+def imported(name: str, field: str, known: Iterable[str]) -> Callable[..., Any]:
+    """What `module:Class` of the user's own names; importing the module runs it.
+
+    Args:
+        name: what a person typed.
+        field: what the error calls it.
+        known: names that would have done, too.
+
+    Raises:
+        OptionError: there is no such class.
+    """
+    module, _, attribute = name.partition(":")
+    if not (module and attribute):
+        expected = f"must be one of {', '.join(sorted(known))}, or module:Class of your own"
+        raise OptionError(field, expected, name)
+    here = str(Path.cwd())
+    if here not in sys.path:
+        sys.path.append(here)
+    problem = OptionError(
+        field, "must be module:Class, of a class at the top of a module in this folder or on PYTHONPATH", name
+    )
+    try:
+        make = getattr(import_module(module), attribute, None)
+    except ImportError as missing:
+        if missing.name is None or not (module + ".").startswith(missing.name + "."):
+            raise
+        raise problem from None
+    if not callable(make):
+        raise problem
+    return make  # type: ignore[no-any-return]
 
 
 def _made(make: Callable[[Scene], Any], name: str, field: str, scene: Scene) -> Reidentifier:

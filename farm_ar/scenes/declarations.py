@@ -22,6 +22,7 @@ from farm_ar.scenes.documents import (
     OrNull,
     Rows,
     Text,
+    Whole,
 )
 from farm_ar.scenes.files import degrees
 from farm_ar.scenes.worlds import UNITS, WORLD_FRAMES, frame_hint
@@ -281,3 +282,35 @@ SNAPSHOT = Document(
     SnapshotError,
 )
 """What a snapshot file holds."""
+
+_PIXEL = Limits(-1e6, 1e6, "")
+
+CAMERA = Document(
+    "camera",
+    Object(
+        {
+            **_WORLD,
+            "camera": _seen_from(),
+            "intrinsics": Object(
+                {
+                    "fx": Number(Limits(1.0, 1e6, ""), about="Focal length along rows, pixels."),
+                    "fy": Number(Limits(1.0, 1e6, ""), about="Along columns."),
+                    "cx": Number(_PIXEL, about="Column of the line of sight; the first pixel's middle is 0."),
+                    "cy": Number(_PIXEL, about="Its row."),
+                    "width": Whole(1, 16384),
+                    "height": Whole(1, 16384),
+                    "distortion": Either(
+                        tuple(Numbers(n, Limits(-1e3, 1e3, ""), "numbers") for n in (4, 5, 8)),
+                        "a list of 4, 5 or 8 numbers: k1, k2, p1, p2, k3, k4, k5, k6 as OpenCV has them",
+                        default=(0.0, 0.0, 0.0, 0.0),
+                    ),
+                }
+            ),
+        },
+        notes=True,
+        about="The camera of an image: where it was, as in a snapshot, and its intrinsics, as OpenCV has "
+        "them. Things stand on the plane at height 0.",
+    ),
+    SnapshotError,
+)
+"""What a camera file holds."""

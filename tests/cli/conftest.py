@@ -94,6 +94,11 @@ def documents() -> dict[str, Any]:
     return {
         "scene": scene,
         "snapshot": snapshot,
+        "camera": {
+            "camera": snapshot["camera"],
+            "intrinsics": {"fx": 500, "fy": 510.5, "cx": 319.5, "cy": 179.5, "width": 640, "height": 360}
+            | {"distortion": [0.1, -0.2, 0, 0, 0.01]},
+        },
         "trace": json.loads(json.dumps(env.trace())),
         "script": script,
         "failures": {"version": "0", "failures": [failure | layout | {"effort": 0.1, "wrong": 1}]},

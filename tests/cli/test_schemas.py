@@ -15,13 +15,16 @@ from farm_ar.cli.scenes import KINDS
 from farm_ar.envs.trace import TRACE
 from farm_ar.errors import InputError
 from farm_ar.scenes import BUILTIN, builtin_scene, scene_from_dict, scene_to_dict, snapshot_from_dict
+from farm_ar.scenes.declarations import CAMERA
 from farm_ar.scenes.documents import MismatchError, is_text
 from farm_ar.scenes.json_files import SCENE, SNAPSHOT
 from farm_ar.showcases.script import SCRIPT
+from farm_ar.vision.photos import image_camera_from_dict
 
 DECLARED = {
     "scene": SCENE,
     "snapshot": SNAPSHOT,
+    "camera": CAMERA,
     "trace": TRACE,
     "script": SCRIPT,
     "failures": REPORT,
@@ -38,6 +41,7 @@ BESIDE_OTHERS = (
     *("must be a unit quaternion", "must be rigid", "must be a rotation", "must be 4 rows, the last"),
     *("must be 3 positive numbers in metres", "must be finite, from -1e6", "must be positive metres"),
     "must be a positive number, from 1e-6 to 1e6 metres a second",
+    *("must be the height of the eye", "must be above the plane", "must be at least 1 pixel each"),
 )
 """What may be wrong with values that are right one by one, which no schema says; limits in metres, too, of
 what may be in other units."""
@@ -62,7 +66,7 @@ def test_the_older_command_for_the_schema_of_scenes_says_the_same(run):
 
 
 def test_a_kind_that_there_is_not_is_one_line(mistake):
-    known = "answers, failures, scene, script, session, snapshot, suite, trace"
+    known = "answers, camera, failures, scene, script, session, snapshot, suite, trace"
     assert mistake("schema", "picture") == f"OptionError: KIND: must be one of {known}, got 'picture'"
 
 
@@ -89,7 +93,10 @@ def test_the_reader_takes_what_the_schema_allows_and_nothing_else(documents, mut
     assert 0.05 * MUTANTS < taken < 0.8 * MUTANTS  # both kinds were tried
 
 
-@pytest.mark.parametrize(("kind", "read"), [("scene", scene_from_dict), ("snapshot", snapshot_from_dict)])
+@pytest.mark.parametrize(
+    ("kind", "read"),
+    [("scene", scene_from_dict), ("snapshot", snapshot_from_dict), ("camera", image_camera_from_dict)],
+)
 def test_a_record_is_made_of_whatever_the_schema_allows_but_for_values_beside_others(
     documents, mutate, kind, read
 ):

@@ -43,7 +43,7 @@ class FloatingLabels:
     """
 
     def __init__(self, colours: tuple[Colour, ...], top: int) -> None:
-        self._bright = [_bright(colour) for colour in colours]
+        self._bright = [brightened(colour) for colour in colours]
         self._top = top
         self._seen: tuple[Camera, Layout, tuple[int, ...], list[int], FloatArray] | None = None
 
@@ -58,10 +58,10 @@ class FloatingLabels:
         unit = image.shape[0] / 480
         letter = max(9, round(_LETTER_PX * unit))
         index, roof = self._in_picture(state, view, image.shape)
-        tags = [_tag(box_text(state, i), self._bright[i], letter) for i in index]
+        tags = [label_sprite(box_text(state, i), self._bright[i], letter) for i in index]
         half = np.array([tag.pixels.shape[1] / 2 for tag in tags])
         middle = np.clip(roof[:, 0], half, np.maximum(image.shape[1] - half, half))
-        line = float(_tag("", INK, letter).pixels.shape[0] + 1)
+        line = float(label_sprite("", INK, letter).pixels.shape[0] + 1)
         base = stack(middle, half, roof[:, 1] - _LIFT_PX * unit, line, self._top + line, image.shape[0] - 4.0)
         written = [k for k in range(len(index)) if not np.isnan(base[k])]
         begins = np.rint(np.stack([middle, np.nan_to_num(base)], axis=1)).astype(int).tolist()
@@ -140,7 +140,7 @@ def _in_picture(state: RenderState, view: Pinhole, width: int, height: int) -> t
 
 
 @lru_cache(maxsize=512)
-def _tag(text: str, colour: Colour, letter: int) -> Sprite:
+def label_sprite(text: str, colour: Colour, letter: int) -> Sprite:
     """A line of text with a thin frame on dark glass; the point that it belongs to is on the base line."""
     words = text_sprite(text, letter, colour, BOLD, halo=_GLASS)
     inside = round(0.34 * letter)
@@ -179,6 +179,6 @@ def _rounded(width: int, height: int, margin: float) -> FloatArray:
     return smooth
 
 
-def _bright(colour: Colour) -> Colour:
+def brightened(colour: Colour) -> Colour:
     """A label's colour, light enough to be read in dark outlines."""
     return lighter(colour, max(0.0, _LIGHT_ENOUGH - luminance(colour)))
