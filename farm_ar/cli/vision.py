@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -42,15 +42,15 @@ def vision_benchmark(
     from farm_ar.scenes.files import json_values
     from farm_ar.vision.photos import categories_in
     from farm_ar.vision.registry import load_estimator
-    from farm_ar.vision.scoring import COLUMNS, evaluate, farm_meshes, read_frames, table_rows
+    from farm_ar.vision.scoring import COLUMNS, evaluate, farm_meshes, frame_files, table_rows
 
     cv2.setNumThreads(1)
     judged, answers = load_estimator(estimator), {}
     for folder in frames:
-        total = len(list(folder.glob("*.json"))[:count])
+        files = frame_files(folder, count)
         things = farm_meshes() if meshes is None else categories_in(meshes)
-        with progress(f"Judging {estimator} on {total} frames of {folder.name}") as report:
-            found, _ = evaluate(judged, _counted(read_frames(folder, count), total, report), things)
+        with progress(f"Judging {estimator} on {len(files)} frames of {folder.name}") as report:
+            found, _ = evaluate(judged, _read(files, report), things)
         if as_json:
             answers[str(folder)] = {
                 **{name: row._asdict() for name, row in found.rows.items()},
@@ -67,8 +67,10 @@ def vision_benchmark(
         print_json(json_values(answers))
 
 
-def _counted(frames: Iterator[Frame], total: int, report: Report) -> Iterator[Frame]:
-    """The same frames, with how far the work is."""
-    for number, frame in enumerate(frames):
-        report(f"{number} of {total} frames", number / total)
-        yield frame
+def _read(files: Sequence[Path], report: Report) -> Iterator[Frame]:
+    """Frames, with how far the work is."""
+    from farm_ar.vision.scoring import read_frame
+
+    for number, file in enumerate(files):
+        report(f"{number} of {len(files)} frames", number / len(files))
+        yield read_frame(file)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -65,19 +65,17 @@ class Frame(Record):
     hand_pixels: int = 0
 
 
-def read_frames(folder: Path, most: int | None = None) -> Iterator[Frame]:
-    """The frames of a folder, in order of their names: of each an image and a JSON file.
+def frame_files(folder: Path, most: int | None = None) -> list[Path]:
+    """The JSON files of a folder's frames, in order of their names.
 
     Raises:
-        SnapshotError: there are none, or one cannot be read.
+        SnapshotError: there are none.
     """
     files = sorted(folder.glob("*.json"))[:most]
     if not files:
-        raise SnapshotError(
-            "frames", "must be a folder with frames, each an image and a .json file", str(folder)
-        )
-    for file in files:
-        yield read_frame(file)
+        expected = "must be a folder with frames, each an image and a .json file"
+        raise SnapshotError("frames", expected, str(folder))
+    return files
 
 
 def read_frame(file: Path) -> Frame:

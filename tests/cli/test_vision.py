@@ -45,17 +45,14 @@ def frames(tmp_path, monkeypatch):
 
 
 def test_an_estimator_of_ones_own_is_judged(run, frames):
-    answer = json.loads(
-        run(
-            "vision", "benchmark", "frames", "--estimator", "own_estimator:Knows", "--count", "2", "--json"
-        ).stdout
-    )
+    asked = ("vision", "benchmark", "frames", "--estimator", "own_estimator:Knows")
+    answer = json.loads(run(*asked, "--count", "2", "--json").stdout)
     row = answer["frames"]["at least 40%"]
     assert answer["frames"]["frames"] == 2
     assert (row["things"], row["missed"], answer["frames"]["false"]) == (4, 0.5, 0.0)
     assert row["away_cm"] == [pytest.approx(1.0), pytest.approx(1.0)]
     assert row["turned_deg"][1] == pytest.approx(0.0, abs=1e-9)
-    shown = run("vision", "benchmark", "frames", "--estimator", "own_estimator:Knows").stdout
+    shown = run(*asked).stdout
     assert "at least 40%" in shown
     assert "3 frames, own_estimator:Knows" in shown
 
