@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -52,6 +53,18 @@ def interval_of(values: FloatArray, rng: np.random.Generator) -> Interval:
     seen = counts > 0
     low, high = np.quantile(totals[seen] / counts[seen], [0.025, 0.975])
     return Interval(mean, float(low), float(high))
+
+
+def resampled(
+    values: FloatArray, statistic: Callable[[FloatArray], float], rng: np.random.Generator
+) -> Interval:
+    """Any statistic of the values (L, P), NaN where nothing was detected, its interval by drawing layouts."""
+    layouts, found = len(values), statistic(values)
+    if layouts < 2:
+        return Interval(found, np.nan, np.nan)
+    drawn = [statistic(values[rng.integers(layouts, size=layouts)]) for _ in range(RESAMPLES // 4)]
+    low, high = np.quantile(drawn, [0.025, 0.975])
+    return Interval(found, float(low), float(high))
 
 
 def difference_of(ours: FloatArray, theirs: FloatArray, rng: np.random.Generator) -> Interval:

@@ -17,10 +17,12 @@ from farm_ar.experiments.headroom import headroom
 from farm_ar.experiments.noise_sweep import fig5
 from farm_ar.experiments.overview import table1
 from farm_ar.experiments.pruning import fig9, table3
+from farm_ar.experiments.real_rooms import fig14, table4, table5
 from farm_ar.experiments.relations import relations
 from farm_ar.experiments.report import Report, comparison_table
 from farm_ar.experiments.sequences import sequences
 from farm_ar.experiments.setting import Setting
+from farm_ar.experiments.shelves import shelf_experiment
 from farm_ar.reid import load_reid
 from farm_ar.scenes import builtin_scene
 from farm_ar.scenes.files import write_text
@@ -31,17 +33,24 @@ EXPERIMENTS: dict[str, Callable[[Setting], Report]] = {
     "table1": table1,
     "table2": table2,
     "table3": table3,
+    "table4": table4,
+    "table5": table5,
     "fig5": fig5,
     "fig7": fig7,
     "fig9": fig9,
+    "fig14": fig14,
+    "shelf": shelf_experiment,
     "headroom": headroom,
     "relations": relations,
     "sequences": sequences,
 }
 """The experiments by name."""
 
-BEYOND_THE_PAPER = ("headroom", "relations", "sequences")
-"""Experiments that "all" leaves out: they take long and are not in the paper."""
+TAKES_REIDS = ("headroom", "relations", "sequences")
+"""Experiments that compare a re-identifier of the user's own."""
+
+BEYOND_THE_PAPER = ("shelf", *TAKES_REIDS)
+"""Experiments that "all" leaves out: they are not in the paper, and most take long."""
 
 QUICK_LAYOUTS, LAYOUTS = 5, 20
 OWN_LAYOUTS = {"headroom": (2, 24), "relations": (1, 8), "sequences": (1, 6)}
@@ -68,7 +77,7 @@ def setting_of(
         seed: where all randomness comes from.
         quick: fewer layouts and rotation noises.
         fresh: start over, even with what is finished.
-        reid: `module:Class` of your own, to be compared with the others in `BEYOND_THE_PAPER`.
+        reid: `module:Class` of your own, to be compared with the others in `TAKES_REIDS`.
 
     Raises:
         OptionError: an option is out of its limits.
@@ -77,8 +86,8 @@ def setting_of(
     if what != "all":
         what = known_name("what", experiment_of(what), EXPERIMENTS)
     if reid is not None:
-        if what not in BEYOND_THE_PAPER:
-            raise OptionError("reid", f"must be given with {', '.join(BEYOND_THE_PAPER)} only", reid)
+        if what not in TAKES_REIDS:
+            raise OptionError("reid", f"must be given with {', '.join(TAKES_REIDS)} only", reid)
         load_reid(reid)(builtin_scene("L1"))
     few, many = OWN_LAYOUTS.get(what, (QUICK_LAYOUTS, LAYOUTS))
     number = layouts if layouts is not None else few if quick else many

@@ -11,6 +11,7 @@ from farm_ar.geometry.camera import (
     distance,
     in_vertical_view,
     in_view,
+    points_in_picture,
     view_polygon,
 )
 from farm_ar.geometry.curves import (
@@ -32,6 +33,8 @@ from farm_ar.geometry.frames import (
     from_pymunk,
     planar_pose,
     pose_matrix,
+    rotation_matrix,
+    tilt_of,
     to_pymunk,
 )
 from farm_ar.geometry.polygons import crossing_sides, diameter, in_polygon, polygon_area
@@ -74,13 +77,16 @@ __all__ = [
     "move_end",
     "nearest_site",
     "planar_pose",
+    "points_in_picture",
     "polygon_area",
     "polyline_length",
     "pose_matrix",
+    "rotation_matrix",
     "sample_chain",
     "segment_hits_box",
     "segment_hits_footprint",
     "split_bezier",
+    "tilt_of",
     "to_pymunk",
     "view_polygon",
     "voronoi_cells",

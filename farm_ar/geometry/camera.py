@@ -136,6 +136,36 @@ def in_vertical_view(
     return seen
 
 
+def points_in_picture(
+    points3: FloatArray,
+    eye: FloatArray,
+    yaw: float | FloatArray,
+    pitch: float | FloatArray,
+    edges: tuple[float, float, float, float],
+) -> BoolArray:
+    """Whether each point is before a camera and between all four edges of its flat picture.
+
+    Where a camera looks down, this differs from `in_view` and `in_vertical_view` together: bearings there are
+    about the vertical axis, and here about the camera's own.
+
+    Args:
+        points3: (..., N, 3) points (x, y, z), metres.
+        eye: (..., 3) cameras (x, y, z), metres.
+        yaw: (...) headings, radians.
+        pitch: (...) how far each camera looks up, radians.
+        edges: angles from the line of sight to the left, right, upper and lower edge, radians below pi / 2.
+
+    Returns:
+        (..., N) true where the point is in the picture; edges are inclusive.
+    """
+    right, up, forward = np.moveaxis(camera_frame(points3, eye, yaw, pitch), -1, 0)
+    left_edge, right_edge, upper, lower = edges
+    across, upwards = np.arctan2(right, forward), np.arctan2(up, forward)
+    seen: BoolArray = (forward > 0) & (-left_edge <= across) & (across <= right_edge)
+    seen &= (-lower <= upwards) & (upwards <= upper)
+    return seen
+
+
 def view_polygon(
     camera_position: FloatArray,
     camera_yaw: float,

@@ -136,6 +136,33 @@ def planar_pose(pose: FloatArray) -> PlanarPose:
     )
 
 
+def rotation_matrix(yaw: FloatArray, tilt: FloatArray | None = None) -> FloatArray:
+    """Rotations (..., 3, 3) from a body's axes (right, up, forward) to the world's, both in our frame.
+
+    Args:
+        yaw: (...) headings, radians.
+        tilt: (..., 2) as (pitch, roll), radians: how far the body then looks up, and how far its right-hand
+            side then rises about its forward axis. None for a body that stands upright.
+    """
+    if tilt is None:
+        return pose_matrix(np.zeros((*np.shape(yaw), 2)), yaw)[..., :3, :3]
+    base = pose_matrix(np.zeros((*np.shape(yaw), 2)), yaw, pitch=tilt[..., 0])[..., :3, :3]
+    cosine, sine = np.cos(tilt[..., 1])[..., None], np.sin(tilt[..., 1])[..., None]
+    right, up = base[..., 0], base[..., 1]
+    return np.stack([cosine * right + sine * up, cosine * up - sine * right, base[..., 2]], axis=-1)
+
+
+def tilt_of(rotation: FloatArray) -> FloatArray:
+    """(..., 2) pitch and roll, radians, of rotations (..., 3, 3): what `planar_pose`'s heading leaves out."""
+    pose = np.zeros((*rotation.shape[:-2], 4, 4))
+    pose[..., :3, :3], pose[..., 3, 3] = rotation, 1.0
+    flat = planar_pose(pose)
+    base = rotation_matrix(flat.yaw, np.stack([flat.pitch, np.zeros_like(flat.pitch)], axis=-1))
+    right = rotation[..., 0]
+    roll = np.arctan2((right * base[..., 1]).sum(axis=-1), (right * base[..., 0]).sum(axis=-1))
+    return np.stack([flat.pitch, roll], axis=-1)
+
+
 def to_pymunk(position: FloatArray, yaw: float | FloatArray) -> tuple[FloatArray, FloatArray]:
     """Poses on the plane as pymunk has them: the same coordinates, the angle counter-clockwise.
 

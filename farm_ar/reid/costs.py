@@ -42,6 +42,24 @@ def rotation_cost(detected_yaw: FloatArray, label_yaw: FloatArray) -> FloatArray
     return np.where(np.isnan(half), 0.0, np.abs(np.sin(half)))
 
 
+def orientation_cost(detected_rotation: FloatArray, label_rotation: FloatArray) -> FloatArray:
+    """Cost of turning each label to each detection in space: the sine of half the angle between them.
+
+    It is Eq. 5 for rotations about any axis: of upright objects it is `rotation_cost`. The distance of two
+    rotation matrices (Frobenius) is 2 sqrt(2) times it. A heading that is not known costs nothing.
+
+    Args:
+        detected_rotation: (..., N, 3, 3) of the detections; NaN where the heading is not known.
+        label_rotation: (..., M, 3, 3) of the labels in the reference layout; likewise.
+
+    Returns:
+        (..., N, M) costs, 0 to 1.
+    """
+    difference = detected_rotation[..., :, None, :, :] - label_rotation[..., None, :, :, :]
+    apart = np.sqrt((difference**2).sum(axis=(-2, -1)) / 8)
+    return np.where(np.isnan(apart), 0.0, np.minimum(apart, 1.0))
+
+
 def dimension_cost(detected_size: FloatArray, label_size: FloatArray) -> FloatArray:
     """Cost of the sizes' difference, 1 where they agree: the product of the sides' ratios. Paper, Eq. 6.
 

@@ -18,6 +18,7 @@ from farm_ar.reid.baselines import BASELINES
 from farm_ar.reid.likelihood.method import LikelihoodReid
 from farm_ar.reid.relational.method import RelationalReid
 from farm_ar.reid.spatial import SpatialOptions, SpatialReid
+from farm_ar.reid.spatial_space import SpatialSpaceReid
 from farm_ar.reid.spatial_unity import SpatialUnityReid
 from farm_ar.scenes import Scene
 
@@ -27,6 +28,7 @@ ReidFactory = Callable[[Scene], Reidentifier]
 REIDENTIFIERS: dict[str, ReidFactory] = {
     "spatial": SpatialReid,
     "spatial-unity": SpatialUnityReid,
+    "spatial-3d": SpatialSpaceReid,
     "spatial-ungated": partial(SpatialReid, options=SpatialOptions(gate_categories=False)),
     "spatial-scale-free": partial(SpatialReid, options=SpatialOptions(weights="scale-free")),
     "likelihood": LikelihoodReid,

@@ -18,7 +18,15 @@ from farm_ar.scenes.json_files import (
 )
 from farm_ar.scenes.layout import NO_CATEGORY, Layout
 from farm_ar.scenes.noise import Gaussian, LayoutNoise
-from farm_ar.scenes.observing import PERFECT, Detector, observe, observe_many, occluded, visible
+from farm_ar.scenes.observing import (
+    PERFECT,
+    Detector,
+    observe,
+    observe_many,
+    occluded,
+    visible,
+    whole_in_view,
+)
 from farm_ar.scenes.scene import Scene, Site, Template, Weights
 from farm_ar.scenes.snapshot import UNKNOWN, Detections, Snapshot, SnapshotBatch
 from farm_ar.scenes.streams import read_snapshots
@@ -67,4 +75,5 @@ __all__ = [
     "snapshot_from_dict",
     "snapshot_to_dict",
     "visible",
+    "whole_in_view",
 ]

@@ -65,6 +65,7 @@ def from_poses(
             poses.yaw,
             np.broadcast_to(sizes, (n, 3)) if sizes.ndim == 1 else sizes,
             poses.elevation,
+            tilt=poses.tilt,
         ),
         bounds=bounds,
     )

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from farm_ar.arrays import RANGE, SPEED
+from farm_ar.arrays import RANGE, SPEED, FloatArray
 from farm_ar.errors import SceneError, SnapshotError
+from farm_ar.geometry import rotation_matrix
 from farm_ar.scenes.camera import PAPER_FIELD_OF_VIEW, Camera, CameraPath, FieldOfView
 from farm_ar.scenes.declarations import SCENE, SNAPSHOT, UP_AND_DOWN
 from farm_ar.scenes.documents import radians
@@ -83,6 +84,7 @@ def scene_from_dict(data: object, source: str | None = None, default_name: str =
                 position=poses.position,
                 yaw=poses.yaw,
                 elevation=poses.elevation,
+                tilt=poses.tilt,
                 size=reader.sizes(("objects",), objects),
             ),
             sites=[
@@ -162,6 +164,7 @@ def snapshot_from_dict(data: object, source: str | None = None) -> Snapshot:
             position=poses.position,
             yaw=poses.yaw,
             elevation=poses.elevation,
+            tilt=poses.tilt,
             size=reader.sizes(("detections",), seen),
         )
         assumed = reader.left_out("camera", ("fov_left_deg",), ("fov_right_deg",), ("range_m", "range"))
@@ -188,6 +191,7 @@ def scene_to_dict(scene: Scene) -> dict[str, Any]:
             "size_whd": layout.size[i].tolist(),
         }
         _leave_out_unknown(entry)
+        _write_tilt(entry, layout.yaw, layout.tilt, i)
         if not layout.names_categories:
             del entry["category"]
         objects.append(entry | ({"fixed": True} if layout.fixed[i] else {}))
@@ -239,6 +243,7 @@ def snapshot_to_dict(snapshot: Snapshot) -> dict[str, Any]:
             "confidence": float(seen.confidence[i]),
         }
         _leave_out_unknown(entry)
+        _write_tilt(entry, seen.yaw, seen.tilt, i)
         detections.append(entry | ({} if seen.track_id[i] is None else {"track_id": seen.track_id[i]}))
     when = {} if snapshot.timestamp is None else {"timestamp": snapshot.timestamp}
     return {**when, "camera": view, "detections": detections}
@@ -250,6 +255,16 @@ def _leave_out_unknown(entry: dict[str, Any]) -> None:
         del entry["yaw_deg"]
     if np.isnan(entry["size_whd"]).any():
         del entry["size_whd"]
+
+
+def _write_tilt(entry: dict[str, Any], yaw: FloatArray, tilt: FloatArray | None, i: int) -> None:
+    """Write the rotation of what is tilted as a quaternion, in place of its heading."""
+    if tilt is None or not tilt[i].any() or np.isnan(yaw[i]):
+        return
+    from scipy.spatial.transform import Rotation  # takes a while to load, and few need it
+
+    del entry["yaw_deg"]
+    entry["quaternion"] = Rotation.from_matrix(rotation_matrix(yaw[i], tilt[i])).as_quat().tolist()
 
 
 def _bounds_to_dict(scene: Scene) -> dict[str, Any]:

@@ -50,6 +50,8 @@ class Layout(Record):
         size: (N, 3) width, height, depth, metres, 1e-6 to 1e6; three NaN where not known.
         elevation: (N,) heights of the pivots above the floor, metres, as positions; 0 by default.
         fixed: (N,) objects that never move; none by default.
+        tilt: (N, 2) pitch and roll of the objects, radians, as `geometry.rotation_matrix` has them; None,
+            the default, where all stand upright. `spatial-3d` alone makes use of it.
 
     Raises:
         SceneError: a label is empty or repeated, a category is empty, a pose or a size is out of its
@@ -63,6 +65,7 @@ class Layout(Record):
     size: FloatArray
     elevation: FloatArray = None  # type: ignore[assignment]  # filled in below
     fixed: BoolArray = None  # type: ignore[assignment]
+    tilt: FloatArray | None = None
 
     def __post_init__(self) -> None:
         n = len(self.labels)
@@ -77,6 +80,8 @@ class Layout(Record):
             "elevation": read_only(elevation, np.float64),
             "fixed": read_only(fixed, np.bool_),
         }
+        if self.tilt is not None:
+            values["tilt"] = read_only(self.tilt, np.float64, empty=(0, 2))
         for name, value in values.items():
             object.__setattr__(self, name, value)
         self._check_shapes()
@@ -87,7 +92,9 @@ class Layout(Record):
         n = len(self.labels)
         if len(self.category) != n:
             raise SceneError("category", f"must have one entry per label ({n})", len(self.category))
-        shapes = {"size": (n, 3), "elevation": (n,), "fixed": (n,)}
+        shapes: dict[str, tuple[int, ...]] = {"size": (n, 3), "elevation": (n,), "fixed": (n,)}
+        if self.tilt is not None:
+            shapes["tilt"] = (n, 2)
         for name, shape in shapes.items():
             got = getattr(self, name).shape
             if got != shape:
@@ -109,6 +116,8 @@ class Layout(Record):
 
     def _check_values(self) -> None:
         limits = {"position": POSITION, "yaw": ANGLE, "elevation": POSITION, "size": SIDE}
+        if self.tilt is not None:
+            limits["tilt"] = ANGLE
         for name, limit in limits.items():
             values = getattr(self, name)
             where = first_wrong(limit.allow(values) | unknown(name, values))
@@ -182,4 +191,5 @@ class Layout(Record):
             size=self.size[chosen],
             elevation=self.elevation[chosen],
             fixed=self.fixed[chosen],
+            tilt=None if self.tilt is None else self.tilt[chosen],
         )

@@ -14,9 +14,12 @@ from farm_ar.errors import OptionError
 from farm_ar.geometry import (
     bearing,
     direction,
+    distance,
+    footprint_corners,
     in_vertical_view,
     in_view,
     inside_footprint,
+    points_in_picture,
     segment_hits_box,
     segment_hits_footprint,
 )
@@ -31,6 +34,7 @@ class Detector:
 
     Args:
         occlusion: whether an object is missed when a nearer one hides it, as `occluded` says.
+        whole: whether an object is missed unless all of its box is in view, as `whole_in_view` says.
         position_sd: noise of the detected x and z, metres.
         yaw_sd: noise of the detected heading, radians.
         size_sd: noise of each detected side, as a share of it.
@@ -50,6 +54,7 @@ class Detector:
     miss_rate: float = 0.0
     false_rate: float = 0.0
     unknown_rate: float = 0.0
+    whole: bool = False
 
     def __post_init__(self) -> None:
         for name in ("position_sd", "yaw_sd", "size_sd", "false_rate"):
@@ -63,7 +68,7 @@ class Detector:
     @property
     def random(self) -> bool:
         """Whether it needs a random generator."""
-        return self != Detector(occlusion=self.occlusion)
+        return self != Detector(occlusion=self.occlusion, whole=self.whole)
 
 
 _Found = dict[str, npt.NDArray[Any]]
@@ -73,17 +78,21 @@ PERFECT = Detector()
 """The paper's synthetic experiments: every pivot in view is detected exactly."""
 
 
-def visible(layout: Layout, camera: Camera, occlusion: bool = False) -> BoolArray:
+def visible(layout: Layout, camera: Camera, occlusion: bool = False, whole: bool = False) -> BoolArray:
     """Which objects the camera sees: those whose pivot is within its field of view and range.
 
     Args:
         layout: N objects, its batch shape broadcasting with the camera's.
         camera: one camera or a batch; the vertical limits of its view count where its height is known.
         occlusion: whether objects hide one another, as `occluded` says.
+        whole: whether all of an object's box must be in view, as `whole_in_view` says.
 
     Returns:
         (..., N), the batch shapes broadcast together.
     """
+    if whole:
+        seen = whole_in_view(layout, camera)
+        return seen & ~_hidden(layout, camera, seen) if occlusion else seen
     fov = camera.fov
     seen = in_view(layout.position, camera.position, camera.yaw, fov.left, fov.right, fov.range_m)
     if fov.up is not None and fov.down is not None and camera.height is not None:
@@ -91,6 +100,39 @@ def visible(layout: Layout, camera: Camera, occlusion: bool = False) -> BoolArra
         eye = _raised(camera.position, camera.height)
         seen = seen & in_vertical_view(pivot, eye, camera.yaw, camera.pitch, fov.up, fov.down)
     return seen & ~_hidden(layout, camera, seen) if occlusion else seen
+
+
+def whole_in_view(layout: Layout, camera: Camera) -> BoolArray:
+    """Which objects' boxes are wholly inside the camera's view volume (the paper's section 4.2).
+
+    All eight corners must be between the edges of the camera's picture and within its range on the plane;
+    where the camera has no height or no vertical limits, the four corners of the footprint must be in view.
+    An object of unknown size counts by its pivot, one of unknown heading as if it were 0.
+
+    Returns:
+        (..., N), the batch shapes broadcast together.
+    """
+    fov, size, n = camera.fov, np.nan_to_num(layout.size), len(layout)
+    shape = np.broadcast_shapes(layout.batch_shape, camera.batch_shape)
+    position = np.broadcast_to(layout.position, (*shape, n, 2))
+    yaw = np.broadcast_to(np.nan_to_num(layout.yaw), (*shape, n))
+    corners = footprint_corners(position, yaw, size)
+    flat = corners.reshape(*shape, 4 * n, 2)
+    if fov.up is None or fov.down is None or camera.height is None:
+        seen = in_view(flat, camera.position, camera.yaw, fov.left, fov.right, fov.range_m)
+        return _all_corners(seen, (*shape, n))
+    seen = distance(camera.position, flat) <= fov.range_m
+    eye = _raised(camera.position, camera.height)
+    edges = (fov.left, fov.right, fov.up, fov.down)
+    for height in (layout.elevation, layout.elevation + size[:, 1]):
+        points = _raised(corners, height[:, None]).reshape(*shape, 4 * n, 3)
+        seen = seen & points_in_picture(points, eye, camera.yaw, camera.pitch, edges)
+    return _all_corners(seen, (*shape, n))
+
+
+def _all_corners(seen: BoolArray, shape: tuple[int, ...]) -> BoolArray:
+    every: BoolArray = np.all(seen.reshape(*shape, 4), axis=-1)
+    return every
 
 
 def occluded(layout: Layout, camera: Camera) -> BoolArray:
@@ -172,7 +214,9 @@ def observe_many(
     shape = np.broadcast_shapes(layout.batch_shape, camera.batch_shape)
     cameras = _flat_camera(camera, shape)
     n, b = len(layout), math.prod(shape)
-    seen = np.broadcast_to(visible(layout, camera, detector.occlusion), (*shape, n)).reshape(b, n)
+    seen = np.broadcast_to(visible(layout, camera, detector.occlusion, detector.whole), (*shape, n)).reshape(
+        b, n
+    )
     found: _Found = {
         "label": np.broadcast_to(np.arange(n), (b, n)),
         "category": np.broadcast_to(layout.category_code, (b, n)),
@@ -181,6 +225,8 @@ def observe_many(
         "size": np.broadcast_to(layout.size, (b, n, 3)),
         "elevation": np.broadcast_to(layout.elevation, (b, n)),
     }
+    if layout.tilt is not None:
+        found["tilt"] = np.broadcast_to(layout.tilt, (b, n, 2))
     if rng is not None and detector.random:
         seen, found = _detect(seen, found, layout, cameras, detector, rng)
     order, count = _left_to_right(seen, found["position"], cameras)
@@ -225,7 +271,7 @@ def _false_detections(
     angle = cameras.yaw[:, None] + rng.uniform(-fov.left, fov.right, shape)
     reach = fov.range_m * np.sqrt(rng.random(shape))
     like = rng.integers(len(layout), size=shape)
-    ghosts = {
+    ghosts: _Found = {
         "label": np.full(shape, UNKNOWN),
         "category": layout.category_code[like],
         "position": cameras.position[:, None] + reach[..., None] * direction(angle),
@@ -233,6 +279,8 @@ def _false_detections(
         "size": layout.size[like],
         "elevation": layout.elevation[like],
     }
+    if layout.tilt is not None:
+        ghosts["tilt"] = layout.tilt[like]
     return np.arange(shape[1]) < number[:, None], ghosts
 
 

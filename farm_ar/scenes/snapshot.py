@@ -29,7 +29,14 @@ from farm_ar.scenes.worlds import OURS, World
 UNKNOWN = -1
 """Code of a category that is not known, and index of a label that is none."""
 
-_LIMITS = {"position": POSITION, "yaw": ANGLE, "size": SIDE, "elevation": POSITION, "confidence": SHARE}
+_LIMITS = {
+    "position": POSITION,
+    "yaw": ANGLE,
+    "size": SIDE,
+    "elevation": POSITION,
+    "confidence": SHARE,
+    "tilt": ANGLE,
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +55,7 @@ class Detections(Record):
             a detection without one. All without one by default.
         broken: N reasons why a pose cannot be used, whose position is then NaN; None for a sound one, as by
             default.
+        tilt: (N, 2) pitch and roll, radians, as a layout's; None, the default, where all stand upright.
 
     Raises:
         SnapshotError: a value is out of its limits, a category or a name is empty, a name is repeated, or the
@@ -63,6 +71,7 @@ class Detections(Record):
     ids: tuple[str, ...] = None  # type: ignore[assignment]
     track_id: tuple[str | None, ...] = None  # type: ignore[assignment]
     broken: tuple[str | None, ...] = None  # type: ignore[assignment]
+    tilt: FloatArray | None = None
 
     def __post_init__(self) -> None:
         n = len(self.category)
@@ -75,6 +84,8 @@ class Detections(Record):
         self._check_names()
         shapes = {"position": (n, 2), "yaw": (n,), "size": (n, 3), "elevation": (n,), "confidence": (n,)}
         defaults = {"elevation": 0.0, "confidence": 1.0}
+        if self.tilt is not None:
+            shapes["tilt"] = (n, 2)
         for name, shape in shapes.items():
             value = getattr(self, name)
             if value is None and name in defaults:
@@ -163,6 +174,7 @@ class SnapshotBatch(Record):
         elevation: (B, K) metres.
         truth: (B, K) index of the label that each detection really is, `UNKNOWN` for a false one; None
             where it is not known.
+        tilt: (B, K, 2) radians; None where all stand upright.
 
     Raises:
         SnapshotError: a value that exists is out of its limits, or the shapes do not agree.
@@ -177,6 +189,7 @@ class SnapshotBatch(Record):
     size: FloatArray
     elevation: FloatArray
     truth: IntArray | None = None
+    tilt: FloatArray | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "categories", tuple(self.categories))
@@ -185,6 +198,7 @@ class SnapshotBatch(Record):
         row = (len(self.camera.yaw), *np.shape(self.category)[-1:])
         shapes = {"category": row, "position": (*row, 2), "yaw": row, "size": (*row, 3), "elevation": row}
         shapes |= {"count": row[:1]} | ({} if self.truth is None else {"truth": row})
+        shapes |= {} if self.tilt is None else {"tilt": (*row, 2)}
         whole = ("category", "count", "truth")
         for name, shape in shapes.items():
             array = read_only(getattr(self, name), np.int64 if name in whole else np.float64)
@@ -202,7 +216,7 @@ class SnapshotBatch(Record):
         self._require("category", right, f"must be from {UNKNOWN} to {len(self.categories) - 1}")
         if self.truth is not None:
             self._require("truth", self.truth >= UNKNOWN, "must be the index of a label or UNKNOWN")
-        for name in ("position", "yaw", "size", "elevation"):
+        for name in ("position", "yaw", "size", "elevation", *(() if self.tilt is None else ("tilt",))):
             values = getattr(self, name)
             beyond = padding if values.ndim == 2 else padding[..., None]
             right = _LIMITS[name].allow(values) | unknown(name, values) | beyond
@@ -226,6 +240,7 @@ class SnapshotBatch(Record):
             yaw=self.yaw[index, :n],
             size=self.size[index, :n],
             elevation=self.elevation[index, :n],
+            tilt=None if self.tilt is None else self.tilt[index, :n],
         )
         return Snapshot(self.camera.at(index), detections)
 
@@ -262,10 +277,13 @@ class SnapshotBatch(Record):
             "size": np.ones((*shape, 3)),
             "elevation": np.zeros(shape),
         }
+        if any(one.tilt is not None for one in seen):
+            poses["tilt"] = np.zeros((*shape, 2))
         for b, one in enumerate(seen):
             category[b, : len(one)] = [codes[name] for name in one.category]
             for name, array in poses.items():
-                array[b, : len(one)] = getattr(one, name)
+                value = getattr(one, name)
+                array[b, : len(one)] = 0.0 if value is None else value
         camera = _stack_cameras([snapshot.camera for snapshot in snapshots])
         return cls(camera, count, categories, category, truth=None, **poses)
 

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from farm_ar.arrays import FloatArray
 from farm_ar.errors import InputError, SceneError, known_name
-from farm_ar.geometry import convert_points, convert_pose, planar_pose
+from farm_ar.geometry import convert_points, convert_pose, planar_pose, tilt_of
 from farm_ar.scenes.bounds import turned
 
 WORLD_FRAMES = ("unity", "openxr", "ros")
@@ -63,17 +63,27 @@ _YAW = {
     "ros": "counter-clockwise from above, 0 along +x",
 }
 
+UPRIGHT = 1e-9
+"""A body that is tilted less than this stands upright, radians."""
+
 UNIT_LENGTH = 0.01
 """By how much the length of a quaternion, or a column of a matrix, may differ from 1."""
 
 
 class Poses(NamedTuple):
-    """Poses as our records have them: positions (..., 2), yaws (...), heights and pitches (...)."""
+    """Poses as our records have them: positions (..., 2), yaws, heights, pitches and rolls (...)."""
 
     position: FloatArray
     yaw: FloatArray
     elevation: FloatArray
     pitch: FloatArray
+    roll: FloatArray
+
+    @property
+    def tilt(self) -> FloatArray | None:
+        """(..., 2) pitch and roll; None where all stand upright."""
+        tilt = np.stack([self.pitch, self.roll], axis=-1)
+        return tilt if (np.abs(tilt) > UPRIGHT).any() else None
 
 
 @dataclass(frozen=True)
@@ -197,16 +207,18 @@ class World:
                 NaN; none by default.
         """
         place, ours = self.places(points), self.yaws(yaw)
-        pitch = np.zeros(ours.shape)
+        tilt = np.zeros((*ours.shape, 2))
         if rotation is not None:
             turns = np.asarray(rotation, dtype=np.float64)
             full = np.zeros((*turns.shape[:-2], 4, 4))
             full[..., :3, :3], full[..., 3, 3] = turns, 1.0
-            seen = planar_pose(convert_pose(full, self.frame, "unity"))
-            given = ~np.isnan(turns).any(axis=(-2, -1))
+            converted = convert_pose(full, self.frame, "unity")
+            seen = planar_pose(converted)
+            given = np.asarray(~np.isnan(turns).any(axis=(-2, -1)))
             own = seen.yaw + self._sense(np.asarray(self.heading)) if self.heading else seen.yaw
-            ours, pitch = np.where(given, own, ours), np.where(given, seen.pitch, pitch)
-        return Poses(place[..., [0, 2]], ours, place[..., 1], pitch)
+            ours = np.where(given, own, ours)
+            tilt = np.where(given[..., None], tilt_of(converted[..., :3, :3]), tilt)
+        return Poses(place[..., [0, 2]], ours, place[..., 1], tilt[..., 0], tilt[..., 1])
 
     def read(
         self,

@@ -1,4 +1,4 @@
-"""Tables 1 and 4."""
+"""Table 1."""
 
 import pytest
 
@@ -6,7 +6,7 @@ from farm_ar.experiments.overview import table1
 from farm_ar.experiments.setting import Setting
 from farm_ar.scenes import save_scene
 
-# Sites, types, objects, square metres: Table 1; sites, chairs, square metres: Table 4.
+# Sites, types, objects, square metres.
 TABLE_1 = {
     "L1": (2, 1, 16, 25),
     "L2": (4, 1, 8, 64),
@@ -15,22 +15,17 @@ TABLE_1 = {
     "H1": (10, 5, 52, 49),
     "H2": (14, 11, 48, 225),
 }
-TABLE_4 = {"pantry": (2, 10, 18), "cafeteria": (5, 16, 49), "classroom": (7, 29, 130)}
 
 
 @pytest.mark.parametrize("folder", [None, "paper_scenes"])
 def test_the_counts_are_the_papers(folder, request):
     report = table1(Setting(folder and request.getfixturevalue(folder)))
     found = {row["scene"]: row for row in report.rows}
-    assert list(found) == [*TABLE_1, *TABLE_4]
+    assert list(found) == [*TABLE_1]
     for name, counts in TABLE_1.items():
         columns = ("sites", "types", "objects", "area_m2")
         assert tuple(found[name][column] for column in columns) == counts, name
         assert tuple(found[name][f"paper_{column}"] for column in columns) == counts, name
-    for name, counts in TABLE_4.items():
-        columns = ("sites", "objects", "area_m2")
-        assert tuple(found[name][column] for column in columns) == counts, name
-        assert found[name]["paper_types"] is None, "Table 4 does not say"
     assert all(comparison.paper == comparison.ours for comparison in report.comparisons)
 
 

@@ -24,7 +24,7 @@ from farm_ar.reid import (
 from farm_ar.scenes import Bounds, Camera, Detections, FieldOfView, Layout, Scene, Snapshot
 
 SEEDS = st.integers(0, 2**32 - 1)
-PER_METRE = {"spatial", "spatial-ungated", "spatial-unity"}
+PER_METRE = {"spatial", "spatial-ungated", "spatial-unity", "spatial-3d"}
 ALONG_THE_AXES = {"spatial-unity"}
 NAMES = sorted(REIDENTIFIERS)
 SAME = 1e-9

@@ -23,6 +23,7 @@ from farm_ar.scenes import (
     observe_many,
     occluded,
     visible,
+    whole_in_view,
 )
 
 WIDE = FieldOfView(np.pi / 2, np.pi / 2, 100)
@@ -222,6 +223,90 @@ def test_what_is_seen_is_in_the_field_of_view_and_not_hidden(places, height):
     objects, camera = layout(places, size=(0.5, 0.5, 0.5)), ahead(PAPER_FIELD_OF_VIEW, height=height)
     expected = visible(objects, camera) & ~occluded(objects, camera)
     np.testing.assert_array_equal(visible(objects, camera, occlusion=True), expected)
+
+
+# --- Boxes that must be wholly in view ---
+
+
+def projected(objects: Layout, camera: Camera, i: int) -> Any:
+    """(8, 2) corners of an object's box in the picture of a camera at the origin; (8,) their depths."""
+    half, yaw = objects.size[i] / 2, float(objects.yaw[i])
+    signs = np.array([(a, b, c) for a in (-1, 1) for b in (0, 2) for c in (-1, 1)])
+    local = signs * half
+    x = objects.position[i, 0] + local[:, 0] * np.cos(yaw) + local[:, 2] * np.sin(yaw)
+    z = objects.position[i, 1] - local[:, 0] * np.sin(yaw) + local[:, 2] * np.cos(yaw)
+    y = objects.elevation[i] + local[:, 1] - float(camera.height)
+    pitch = float(camera.pitch)
+    ahead_, up = z * np.cos(pitch) + y * np.sin(pitch), y * np.cos(pitch) - z * np.sin(pitch)
+    return np.stack([x / ahead_, up / ahead_], axis=1), ahead_
+
+
+@given(
+    st.lists(st.tuples(COORDINATE, COORDINATE), min_size=1, max_size=6),
+    st.floats(-1.0, 0.3),
+    st.integers(0, 1000),
+)
+def test_a_box_is_in_view_when_its_projection_is_inside_the_picture(places, pitch, seed):
+    rng = np.random.default_rng(seed)
+    flat = layout(places, size=rng.uniform(0.1, 0.8, 3), elevation=rng.uniform(0, 0.5, len(places)))
+    objects = flat.with_poses(flat.position, rng.uniform(-4, 4, len(places)))
+    camera = ahead(FieldOfView(0.4, 0.5, 3.5, 0.25, 0.3), height=1.5, pitch=pitch)
+    expected = []
+    for i in range(len(objects)):
+        picture, depth = projected(objects, camera, i)
+        inside = (-np.tan(0.4) <= picture[:, 0]) & (picture[:, 0] <= np.tan(0.5))
+        inside &= (-np.tan(0.3) <= picture[:, 1]) & (picture[:, 1] <= np.tan(0.25)) & (depth > 0)
+        half = objects.size[i, [0, 2]] / 2
+        turn = np.array([[np.cos(objects.yaw[i]), np.sin(objects.yaw[i])],
+                         [-np.sin(objects.yaw[i]), np.cos(objects.yaw[i])]])  # fmt: skip
+        corners = [objects.position[i] + turn @ (half * s) for s in ((1, 1), (1, -1), (-1, 1), (-1, -1))]
+        expected.append(inside.all() and max(np.linalg.norm(corners, axis=1)) <= 3.5)
+    assert whole_in_view(objects, camera).tolist() == expected
+    seen = observe(objects, camera, Detector(whole=True))[1]
+    assert set(seen) == {
+        label for label, all_of_it in zip(objects.labels, expected, strict=True) if all_of_it
+    }
+
+
+def test_one_corner_out_of_view_is_enough_to_miss_an_object_whose_pivot_is_in_view():
+    camera = ahead(FieldOfView.symmetric(np.deg2rad(43), 10, np.deg2rad(29)), height=1.6, pitch=-0.35)
+    objects = layout([(0, 1.2), (0, 3), (1.3, 3.4)], size=(0.5, 0.9, 0.5))
+    assert visible(objects, camera).tolist() == [False, True, True]
+    assert whole_in_view(objects, camera).tolist() == [False, True, False]
+
+
+def test_without_heights_the_footprint_must_be_in_view():
+    objects = layout(at((0, 2), (33.5, 2), (0, 2.95)), size=(0.2, 5.0, 0.2))
+    assert visible(objects, ahead(PAPER_FIELD_OF_VIEW)).tolist() == [True, True, True]
+    assert whole_in_view(objects, ahead(PAPER_FIELD_OF_VIEW)).tolist() == [True, False, False]
+
+
+def test_what_has_no_known_size_counts_by_its_pivot():
+    objects = layout(at((33.5, 2)), size=(np.nan,) * 3)
+    assert whole_in_view(objects, ahead(PAPER_FIELD_OF_VIEW)).tolist() == [True]
+
+
+def test_wholly_in_view_and_not_hidden_go_together():
+    objects = layout([(0, 1), (0, 2), (3, 0.5)])
+    detector = Detector(occlusion=True, whole=True)
+    assert not detector.random
+    assert observe(objects, ahead(PAPER_FIELD_OF_VIEW), detector)[1] == ("label 0",)
+
+
+@given(st.lists(st.tuples(COORDINATE, COORDINATE), min_size=1, max_size=5))
+def test_a_batch_of_boxes_is_seen_as_its_members_one_by_one(places):
+    rng = np.random.default_rng(len(places))
+    single = layout(places, size=(0.5, 0.5, 0.5))
+    position = single.position + rng.normal(0, 0.3, (4, 1, *single.position.shape))
+    many = single.with_poses(position, rng.normal(0, 1, (4, 1, len(places))))
+    cameras = Camera(
+        rng.normal(0, 1, (3, 2)), rng.normal(0, 2, 3), FieldOfView(1, 1.2, 3, 0.5, 0.6), 1.0, -0.3
+    )
+    seen = visible(many, cameras, whole=True)
+    for i in range(4):
+        for j in range(3):
+            one = single.with_poses(position[i, 0], many.yaw[i, 0])
+            np.testing.assert_array_equal(seen[i, j], whole_in_view(one, cameras.at(j)))
 
 
 # --- Snapshots ---

@@ -17,6 +17,12 @@ POSITION_SDS = (0.003, 0.01, 0.03, 0.1)
 YAW_SDS = tuple(math.radians(sd) for sd in (1.0, 4.0, 15.0, 50.0))
 """SDs of detected headings that are tried, radians."""
 
+FINER_STEPS = (1.8, 1.3)
+"""Factors by which the likeliest SDs of those are then changed, one after the other."""
+
+INDEPENDENT = 4
+"""As how many independent detections those of an object count at the most, once many are joined."""
+
 SIDE_SD = 0.1
 """SD of the logarithms of detected sides."""
 
@@ -84,15 +90,64 @@ def associate(seen: Seen, area: float) -> Association:
         area: over which objects may be strewn, square metres.
     """
     spacing = _spacing(seen.snapshot, seen.position, area)
-    best: Association | None = None
+
+    def at(position_sd: float, yaw_sd: float) -> Association:
+        object_of = np.arange(len(seen.yaw))
+        evidence = join(seen, Noise(position_sd, yaw_sd, SIDE_SD, area), object_of)
+        return Association(object_of, position_sd, yaw_sd, float(evidence))
+
+    best = at(POSITION_SDS[0] * spacing, YAW_SDS[0])
     for share in POSITION_SDS:
         for yaw_sd in YAW_SDS:
-            object_of = np.arange(len(seen.yaw))
-            evidence = join(seen, Noise(share * spacing, yaw_sd, SIDE_SD, area), object_of)
-            if best is None or evidence > best.log_evidence + 1e-9:
-                best = Association(object_of, share * spacing, yaw_sd, float(evidence))
-    assert best is not None
-    return best._replace(object_of=_renumbered(best.object_of))
+            best = _likelier(best, at(share * spacing, yaw_sd))
+    # Between the steps of the grid: of many detections, a noise taken for half as large splits objects.
+    for factor in FINER_STEPS:
+        for places, turns in ((factor, 1.0), (1 / factor, 1.0), (1.0, factor), (1.0, 1 / factor)):
+            best = _likelier(best, at(best.position_sd * places, best.yaw_sd * turns))
+    joined = _joined_over_passes(seen, best, area)
+    return best._replace(object_of=_renumbered(joined))
+
+
+def _joined_over_passes(seen: Seen, found: Association, area: float) -> IntArray:
+    """The object of each detection, after joining those that differ by an error shared by many snapshots.
+
+    What a headset has wrong about its own pose lasts for many snapshots: a hundred detections of an object on
+    one pass, and a hundred on the next, do not give its place ten times better. So they count as
+    `INDEPENDENT` at the most here; objects with no more detections than that stay as they are.
+    """
+    object_of, noise = found.object_of.copy(), Noise(found.position_sd, found.yaw_sd, SIDE_SD, area)
+    while True:
+        names = np.unique(object_of)
+        if len(names) < 2:
+            return object_of
+        groups = [np.flatnonzero(object_of == name) for name in names]
+        number = np.array([min(len(group), INDEPENDENT) for group in groups])
+        place = np.array([seen.position[group].mean(axis=0) for group in groups])
+        turn = np.array([mean_yaw(seen.yaw[group]) for group in groups])
+        side = np.array([_mean_known(seen.sides[group]) for group in groups])
+        kind = np.array([seen.category[group].max() for group in groups])
+        shown = [set(seen.snapshot[group].tolist()) for group in groups]
+        best, pair = 0.0, None
+        for a in range(len(groups)):
+            for b in range(a):
+                apart = (kind[a] >= 0 and kind[b] >= 0 and kind[a] != kind[b]) or shown[a] & shown[b]
+                if not apart and max(len(groups[a]), len(groups[b])) > INDEPENDENT:
+                    gained = gain(number, place, turn, side, a, b, noise)
+                    if gained > best:
+                        best, pair = gained, (a, b)
+        if pair is None:
+            return object_of
+        object_of[groups[pair[0]]] = names[pair[1]]
+
+
+def _mean_known(sides: FloatArray) -> FloatArray:
+    known = sides[~np.isnan(sides).any(axis=1)]
+    mean: FloatArray = (known if len(known) else sides[:1]).mean(axis=0)
+    return mean
+
+
+def _likelier(best: Association, other: Association) -> Association:
+    return other if other.log_evidence > best.log_evidence + 1e-9 else best
 
 
 def mean_yaw(yaw: FloatArray) -> float:
@@ -152,8 +207,18 @@ def gain(
 
 
 @_compile
+def ways(number: IntArray, a: int, b: int) -> float:
+    """Logarithm of how many ways there are to tell the detections of one object apart as those of a and b."""
+    together = number[a] + number[b]
+    return math.lgamma(together + 1.0) - math.lgamma(number[a] + 1.0) - math.lgamma(number[b] + 1.0)
+
+
+@_compile
 def join(seen: Seen, noise: Noise, object_of: IntArray) -> float:
     """Join the two objects that gain most until none gain; returns the sum of the gains.
+
+    To each gain come the `ways` in which two objects might have shared the detections of one: without them a
+    long sequence would look likelier as several objects of less noise, each seen now and then.
 
     Args:
         seen: the detections.
@@ -168,7 +233,7 @@ def join(seen: Seen, noise: Noise, object_of: IntArray) -> float:
         for b in range(a):
             apart = kind[a] >= 0 and kind[b] >= 0 and kind[a] != kind[b]
             if seen.snapshot[a] != seen.snapshot[b] and not apart:
-                gains[a, b] = gain(number, place, turn, side, a, b, noise)
+                gains[a, b] = gain(number, place, turn, side, a, b, noise) + ways(number, a, b)
     total = 0.0
     while True:
         best_a, best_b = -1, -1
@@ -200,7 +265,7 @@ def join(seen: Seen, noise: Noise, object_of: IntArray) -> float:
             blocked = other == b or gains[high, low] == -np.inf
             blocked = blocked or gains[max(a, other), min(a, other)] == -np.inf
             if not blocked:
-                gains[high, low] = gain(number, place, turn, side, high, low, noise)
+                gains[high, low] = gain(number, place, turn, side, high, low, noise) + ways(number, high, low)
             elif other != b:
                 gains[high, low] = -np.inf
         gains[a, :] = -np.inf

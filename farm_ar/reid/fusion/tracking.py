@@ -189,8 +189,17 @@ def _fused(snapshots: Sequence[Snapshot], object_of: IntArray) -> tuple[Detectio
         size=np.array([_mean_size(every["size"][group]) for group in groups]),
         elevation=np.array([every["elevation"][group].mean() for group in groups]),
         confidence=np.array([every["confidence"][group].max() for group in groups]),
+        tilt=_mean_tilts(seen, groups),
     )
     return objects, number
+
+
+def _mean_tilts(seen: Sequence[Detections], groups: Sequence[IntArray]) -> FloatArray | None:
+    """(K, 2) mean pitch and roll of the detections of each group; None where all stand upright."""
+    if all(one.tilt is None for one in seen):
+        return None
+    every = np.concatenate([np.zeros((len(one), 2)) if one.tilt is None else one.tilt for one in seen])
+    return np.array([[mean_yaw(every[group, k]) for k in range(2)] for group in groups])
 
 
 def _mean_size(size: FloatArray) -> FloatArray:

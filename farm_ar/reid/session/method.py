@@ -357,6 +357,7 @@ def _some(seen: Detections, kept: Sequence[int]) -> Detections:
         size=seen.size[kept],
         elevation=seen.elevation[kept],
         confidence=seen.confidence[kept],
+        tilt=None if seen.tilt is None else seen.tilt[kept],
     )
 
 

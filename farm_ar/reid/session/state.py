@@ -8,13 +8,13 @@ from types import MappingProxyType
 
 import numpy as np
 
-from farm_ar.arrays import Record
+from farm_ar.arrays import FloatArray, Record
 from farm_ar.errors import SessionError
 from farm_ar.reid.adaptive import Disorder
 from farm_ar.reid.alignment import moved
 from farm_ar.reid.registration import RigidMotion
 from farm_ar.reid.session.tracks import Track
-from farm_ar.scenes import Layout, Scene, Snapshot, visible
+from farm_ar.scenes import Detections, Layout, Scene, Snapshot, visible
 from farm_ar.scenes.documents import is_text
 from farm_ar.scenes.layout import NO_CATEGORY
 
@@ -308,7 +308,15 @@ def _enrolled(layout: Layout, snapshot: Snapshot, labels: tuple[str | None, ...]
         size=np.vstack([layout.size, seen.size[new]]),
         elevation=np.concatenate([layout.elevation, seen.elevation[new]]),
         fixed=np.concatenate([layout.fixed, np.zeros(len(new), dtype=bool)]),
+        tilt=_enrolled_tilt(layout, seen, new),
     )
+
+
+def _enrolled_tilt(layout: Layout, seen: Detections, new: list[int]) -> FloatArray | None:
+    if layout.tilt is None and seen.tilt is None:
+        return None
+    before = np.zeros((len(layout), 2)) if layout.tilt is None else layout.tilt
+    return np.vstack([before, np.zeros((len(new), 2)) if seen.tilt is None else seen.tilt[new]])
 
 
 def _committed(state: State) -> State:

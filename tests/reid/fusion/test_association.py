@@ -50,6 +50,24 @@ def test_objects_far_apart_are_nearly_always_told_apart_under_noise(sd: float, l
     assert right >= least * 200
 
 
+@pytest.mark.parametrize("sd", [0.03, 0.045])
+def test_a_long_walk_past_the_same_objects_finds_no_others(sd: float) -> None:
+    """With 60 snapshots a noise between two steps of the grid, taken for the smaller, would split objects."""
+    for seed in range(3):
+        rows, truth = detected(np.random.default_rng(seed), objects=5, snapshots=60, position_sd=sd)
+        assert same(associate(Seen(*rows), area=6.0).object_of, truth)
+
+
+def test_a_pose_that_drifts_from_pass_to_pass_does_not_split_objects() -> None:
+    """Errors of 4 cm shared by all that 20 snapshots show, twice the noise of a detection."""
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        (snapshot, kind, position, yaw, sides), truth = detected(rng, objects=5, snapshots=60)
+        drift = rng.normal(0, 0.04, (3, 2))[snapshot // 20]
+        seen = Seen(snapshot, kind, position + drift, yaw, sides)
+        assert same(associate(seen, area=6.0).object_of, truth)
+
+
 @settings(deadline=None, max_examples=10 * settings().max_examples // 50)
 @given(SEEDS)
 def test_the_order_of_the_snapshots_does_not_matter(seed: int) -> None:
@@ -121,7 +139,8 @@ def test_joining_adds_up_to_the_ratio_for_all_detections_of_an_object() -> None:
     place = (n - 1) * log(area) - (n - 1) * log(2 * math.pi * sd**2) - log(n) - squares / 2
     turn = (n - 1) * log(2 * math.pi) - (n - 1) / 2 * log(2 * math.pi * 0.2**2) - log(n) / 2
     assert object_of.tolist() == [0] * n
-    assert_allclose(total, place + turn)
+    # And n! ways in which as many objects might have been seen once each.
+    assert_allclose(total, place + turn + math.log(math.factorial(n)))
 
 
 def test_compiled_and_plain_joining_agree(request: pytest.FixtureRequest) -> None:

@@ -1,0 +1,79 @@
+"""A person who walks with a headset."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from farm_ar.experiments.walks import VIEWS, Walk, drifted, wandering
+from farm_ar.scenes import Detector, LayoutNoise, builtin_scene, whole_in_view
+
+STILL = LayoutNoise.of(0.0, 0.0)
+EXACT = replace(Walk(), drift_m=0.0, drift_rad=0.0, detector=Detector(occlusion=True, whole=True))
+
+
+def test_errors_have_the_spread_and_the_memory_that_were_asked_for(rng):
+    found = wandering((400, 200), 10.0, rng)
+    assert found.std() == pytest.approx(1.0, abs=0.02)
+    assert found[:, :5].std() == pytest.approx(1.0, abs=0.06), "from the first step on"
+    assert (found[:, :-10] * found[:, 10:]).mean() == pytest.approx(np.exp(-1), abs=0.03)
+
+
+def test_a_headset_wrong_about_its_pose_sees_the_same_from_there(rng):
+    """Bearings and distances from the camera are what it measured; everything has moved along with it."""
+    batch = EXACT.through(builtin_scene("cafeteria"), STILL, 1, rng).snapshots
+    error = rng.normal(0, [[0.3], [0.3], [0.2]], (3, len(batch)))
+    after = drifted(batch, error)
+    for b in np.flatnonzero(batch.count)[::15]:
+        one, other = batch.snapshot(int(b)), after.snapshot(int(b))
+        for snapshot in (one, other):
+            assert len(snapshot.detections) == batch.count[b]
+        offset, moved = (s.detections.position - s.camera.position for s in (one, other))
+        np.testing.assert_allclose(np.hypot(*offset.T), np.hypot(*moved.T))
+        turn = float(other.camera.yaw - one.camera.yaw)
+        assert turn == pytest.approx(error[2, b])
+        bearings = [
+            np.arctan2(o[:, 0], o[:, 1]) - float(s.camera.yaw) for o, s in ((offset, one), (moved, other))
+        ]
+        np.testing.assert_allclose(np.cos(bearings[0] - bearings[1]), 1.0)
+        np.testing.assert_allclose(other.detections.yaw - one.detections.yaw, turn)
+        np.testing.assert_allclose(other.camera.position - one.camera.position, error[:2, b])
+
+
+def test_what_is_detected_is_wholly_in_the_true_cameras_view(rng):
+    walked = EXACT.through(builtin_scene("pantry"), LayoutNoise.of(0.3, 30), 2, rng)
+    every = walked.layouts.placed(walked.layouts.position[:, None], walked.layouts.yaw[:, None])
+    allowed = whole_in_view(every, walked.cameras).reshape(len(walked.snapshots), -1)
+    for b in range(len(walked.snapshots)):
+        labels = walked.snapshots.true_labels(b, walked.layouts.labels)
+        assert all(allowed[b, walked.layouts.labels.index(label)] for label in labels)
+
+
+def test_the_person_looks_down_at_the_nearest_table_ahead():
+    scene, walk = builtin_scene("classroom"), Walk()
+    along = scene.camera_path.cameras(40)
+    yaw, pitch = walk.gaze(along, scene.site_positions)
+    for p in range(40):
+        offset = scene.site_positions - along.position[p]
+        away = np.hypot(*offset.T)
+        ahead = offset @ [np.sin(along.yaw[p]), np.cos(along.yaw[p])] > 0
+        some = np.flatnonzero(ahead & (away > walk.nearest_m))
+        if not len(some):
+            assert yaw[p] == along.yaw[p]
+            continue
+        table = some[away[some].argmin()]
+        assert np.hypot(*offset[table]) * np.array([np.sin(yaw[p]), np.cos(yaw[p])]) == pytest.approx(
+            offset[table]
+        )
+        assert np.tan(pitch[p]) == pytest.approx((0.45 - 1.65) / away[table])
+
+
+def test_the_display_shows_fewer_chairs_than_the_camera(rng):
+    scene = builtin_scene("classroom")
+    counts = [
+        replace(EXACT, fov=VIEWS[view])
+        .through(scene, STILL, 1, np.random.default_rng(0))
+        .snapshots.count.mean()
+        for view in ("display", "camera")
+    ]
+    assert 0 < counts[0] < counts[1]
