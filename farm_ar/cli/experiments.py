@@ -23,6 +23,7 @@ EXPERIMENTS = (
     "fig5",
     "fig7",
     "fig9",
+    "fig13",
     "fig14",
     "shelf",
     "headroom",

@@ -88,7 +88,7 @@ def table4(setting: Setting) -> Report:
 
 def table5(setting: Setting) -> Report:
     """Accuracy over walks through the rearranged rooms, by method. Paper, Table 5."""
-    found, rng = walk_all(setting), setting.rng(55, 90)
+    found, rng = walk_all(setting, cases(setting.quick)), setting.rng(55, 90)
     rows = [row for case, walk in found.items() for row in _rows(case, walk, rng)]
     measured = _solve_times(setting, found)
     first = {room: found[Case(room, HEADINGS[0])] for room in ROOMS}
@@ -111,7 +111,7 @@ def table5(setting: Setting) -> Report:
 
 def fig14(setting: Setting) -> Report:
     """How often a frame has which accuracy, by the paper's method. Paper, Fig. 14."""
-    found = walk_all(setting)
+    found = walk_all(setting, cases(quick=True))
     figure = new_figure(10.0, 3.2)
     rows: list[Row] = []
     comparisons = []
@@ -153,10 +153,9 @@ class Walks(NamedTuple):
     accuracy: Mapping[tuple[str, str], FloatArray]
 
 
-def walk_all(setting: Setting) -> dict[Case, Walks]:
-    """All cases; those of a run before are taken from the setting's store."""
-    every = cases(setting.quick)
-    same = {"walks": setting.layouts, "rate": 0.5 if setting.quick else 2.0}
+def walk_all(setting: Setting, every: Sequence[Case]) -> dict[Case, Walks]:
+    """Cases with what their walks gave; those of a run before are taken from the setting's store."""
+    same = {"walks": setting.layouts, "rate": frame_rate(setting)}
     outcomes = setting.sweep("real rooms", walked, [case._asdict() | same for case in every])
     found = {}
     for case, outcome in zip(every, outcomes, strict=True):
@@ -171,11 +170,10 @@ def walk_all(setting: Setting) -> dict[Case, Walks]:
 
 def walked(seed: int, scene: str, heading: int, view: str, walks: int, rate: float) -> list[Row]:
     """A unit of Table 5: fits the shifts of a room, and identifies every frame by each method."""
-    room, walk = builtin_scene(scene), replace(Walk(), frames_per_second=rate, fov=VIEWS[view])
-    key = (55, ROOMS.index(scene), heading, list(VIEWS).index(view))
+    room, case = builtin_scene(scene), Case(scene, heading, view)
 
     def with_shift(shift_m: float) -> Walked:
-        return walk.through(room, LayoutNoise.of(shift_m, heading), walks, piece_rng(seed, *key))
+        return walks_of(seed, case, shift_m, walks, rate)
 
     shift = fitted_shift(room, lambda shift_m: with_shift(shift_m).snapshots, TABLE_5[scene][0] / 100)
     batch = with_shift(shift).snapshots
@@ -193,6 +191,18 @@ def walked(seed: int, scene: str, heading: int, view: str, walks: int, rate: flo
                 {**about, "method": name, "mode": mode, "accuracy": accuracy.reshape(walks, -1).round(6)}
             )
     return rows
+
+
+def frame_rate(setting: Setting) -> float:
+    """Frames a second that are identified."""
+    return 0.5 if setting.quick else 2.0
+
+
+def walks_of(seed: int, case: Case, shift_m: float, walks: int, rate: float) -> Walked:
+    """The walks of one case; with the same random numbers whatever the SD of the shifts, metres."""
+    walk = replace(Walk(), frames_per_second=rate, fov=VIEWS[case.view])
+    rng = piece_rng(seed, 55, ROOMS.index(case.scene), case.heading, list(VIEWS).index(case.view))
+    return walk.through(builtin_scene(case.scene), LayoutNoise.of(shift_m, case.heading), walks, rng)
 
 
 def fitted_shift(room: Scene, seen: Any, mean: float) -> float:

@@ -14,6 +14,7 @@ from farm_ar.errors import OptionError, UnfinishedError, known_name
 from farm_ar.experiments.ablation import fig7, table2
 from farm_ar.experiments.catalogue import experiment_of
 from farm_ar.experiments.headroom import headroom
+from farm_ar.experiments.headset_frames import fig13
 from farm_ar.experiments.noise_sweep import fig5
 from farm_ar.experiments.overview import table1
 from farm_ar.experiments.pruning import fig9, table3
@@ -38,6 +39,7 @@ EXPERIMENTS: dict[str, Callable[[Setting], Report]] = {
     "fig5": fig5,
     "fig7": fig7,
     "fig9": fig9,
+    "fig13": fig13,
     "fig14": fig14,
     "shelf": shelf_experiment,
     "headroom": headroom,

@@ -55,7 +55,11 @@ SPATIAL: dict[str, dict[str, Any]] = {
     "certify": {"threshold": 0.5, "certify": True},
 }
 MAKERS: dict[str, Callable[[Scene], Any]] = {
-    **{name: make for name, make in REIDENTIFIERS.items() if name not in ("adaptive", "squared-distance")},
+    **{
+        name: make
+        for name, make in REIDENTIFIERS.items()
+        if name not in ("adaptive", "spatial-3d", "squared-distance")
+    },
     **{
         f"spatial {name}": lambda scene, options=options: SpatialReid(
             scene, SpatialOptions(**{"gate_categories": False, **options})

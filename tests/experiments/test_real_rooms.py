@@ -34,7 +34,7 @@ def setting(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def found(setting):
-    return walk_all(setting)
+    return walk_all(setting, cases(quick=True))
 
 
 def test_the_rooms_have_the_papers_counts():

@@ -18,7 +18,7 @@ from farm_ar.experiments.setting import Setting
 from farm_ar.reid import SpatialReid
 from farm_ar.scenes import save_scene
 
-NAMES = ["table1", "table2", "table3", "table4", "table5", "fig5", "fig7", "fig9", "fig14"]
+NAMES = ["table1", "table2", "table3", "table4", "table5", "fig5", "fig7", "fig9", "fig13", "fig14"]
 SVG = "{http://www.w3.org/2000/svg}"
 
 
@@ -112,7 +112,7 @@ def test_the_same_seed_gives_the_same_bytes_with_any_number_of_workers(out, few_
     assert len(times.findall(first["summary.md"])) == 2 + 3
 
 
-@pytest.mark.parametrize("what", ["table2", "table5", "fig5", "fig7", "fig9", "fig14"])
+@pytest.mark.parametrize("what", ["table2", "table5", "fig5", "fig7", "fig9", "fig13", "fig14"])
 def test_another_seed_gives_other_results(out, few_times, own_scenes, what):
     report = EXPERIMENTS[what](Setting(layouts=1, seed=1, quick=True))
     assert list(report.rows) != json.loads((out / f"{what}.json").read_text())
