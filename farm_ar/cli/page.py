@@ -1,4 +1,4 @@
-"""The page of `farm-ar play`: whether it can be shown, and serving it."""
+"""The page of `farm-ar play`: whether it can be shown, serving it, and `farm-ar web export`."""
 
 from __future__ import annotations
 
@@ -6,6 +6,12 @@ import importlib.util
 import os
 import sys
 import webbrowser
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(no_args_is_help=True, help="The game's page.")
 
 NEEDED = ("fastapi", "uvicorn", "websockets")
 """Packages of the extra `web`."""
@@ -48,3 +54,32 @@ def serve_page(seed: int, reid: str, port: int, open_browser: bool = True) -> No
 
     run(make_web_app(seed=seed, reid=reid), at, announce)
     print_line("The game is over")
+
+
+@app.callback()
+def _web() -> None:
+    """The game's page."""
+
+
+@app.command("export")
+def export(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Where the page goes.")],
+    traces: Annotated[
+        list[Path] | None,
+        typer.Option("--trace", metavar="FILE", help="An episode to show, too; may be repeated."),
+    ] = None,
+) -> None:
+    """Write a page that any host serves: the demonstrations and episodes, to watch with a scrubber.
+
+    Nothing is fetched from anywhere else. To look at it here: python -m http.server --directory DIR
+    """
+    from farm_ar.cli.options import make_folder
+    from farm_ar.cli.output import print_line, progress
+    from farm_ar.envs import load_trace
+    from farm_ar.web.export import export as write
+
+    episodes = {path.stem: load_trace(path) for path in traces or []}
+    make_folder("DIR", folder)
+    with progress("Recording") as report:
+        written = write(folder, episodes, lambda share: report("Recording", share))
+    print_line(f"Wrote {folder / 'index.html'} and {len(written) - 1} more files")

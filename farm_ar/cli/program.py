@@ -18,6 +18,7 @@ from farm_ar.cli.experiments import reproduce
 from farm_ar.cli.game import demo, play, play_script, replay
 from farm_ar.cli.identify import identify
 from farm_ar.cli.output import saying
+from farm_ar.cli.page import app as web
 from farm_ar.cli.scenes import app as scenes
 from farm_ar.cli.scenes import schema
 from farm_ar.cli.serving import conformance_vectors, serve, serve_replay
@@ -102,6 +103,7 @@ app = typer.Typer(
 app.add_typer(scenes, name="scenes")
 app.add_typer(sweeps, name="sweeps")
 app.add_typer(vision, name="vision")
+app.add_typer(web, name="web")
 app.command("compile")(compile_kernels)
 app.command()(saying("Loading the benchmark")(benchmark))
 app.command("conformance-vectors")(saying("Writing vectors")(conformance_vectors))

@@ -5,9 +5,10 @@ from __future__ import annotations
 import asyncio
 import json
 import secrets
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, field
+from functools import lru_cache
 from importlib.resources import files
 from typing import Any
 
@@ -18,6 +19,8 @@ from farm_ar.rendering.models import MODELS
 from farm_ar.service.access import Access
 from farm_ar.service.refusals import missing_package
 from farm_ar.web.game import STEPS_PER_SECOND, Game, Pointer
+from farm_ar.web.recordings import demonstrations, recorded_script, recorded_trace
+from farm_ar.web.telling import Json
 
 try:
     from fastapi import FastAPI, Request, Response, WebSocket, WebSocketDisconnect
@@ -100,24 +103,41 @@ def make_web_app(access: Access | None = None, seed: int = 0, reid: str = "spati
         title="farm-ar: the game", version=__version__, docs_url=None, redoc_url=None, lifespan=life
     )
     app.state.tables = tables
-    _add_files(app, allowed)
 
     @app.get("/healthz")
     async def healthz() -> dict[str, str]:
         return {"status": "ok", "version": __version__}
 
-    @app.get("/games/{name}/trace")
-    async def trace(name: str, request: Request) -> Response:
+    async def told(request: Request, make: Callable[[], Json], name: str = "") -> Response:
+        """What a thread makes, as JSON; with a name, as a file."""
         try:
             allowed.check(request.headers, request.query_params)
+            text = await asyncio.to_thread(lambda: _encoded(make()))
         except InputError as problem:
-            return Response(str(problem), 403)
-        table = tables.get(name)
-        if table is None:
-            return Response("no such game", 404)
-        text = await asyncio.to_thread(table.game.trace)
-        head = {"Content-Disposition": 'attachment; filename="farm-ar-game.json"'}
+            return Response(str(problem), getattr(problem, "status", 404))
+        head = {"Content-Disposition": f'attachment; filename="{name}"'} if name else {}
         return Response(text, headers=head, media_type="application/json")
+
+    def game_of(name: str) -> Game:
+        if name not in tables:
+            raise OptionError("game", "must be one that somebody plays", name)
+        return tables[name].game
+
+    @app.get("/games/{name}/trace")
+    async def trace(name: str, request: Request) -> Response:
+        return await told(request, lambda: game_of(name).trace(), "farm-ar-game.json")
+
+    @app.get("/games/{name}/recording")
+    async def recording(name: str, request: Request) -> Response:
+        return await told(request, lambda: recorded_trace(game_of(name).trace()))
+
+    @app.get("/recordings.json")
+    async def recordings(request: Request) -> Response:
+        return await told(request, lambda: {"recordings": demonstrations()})
+
+    @app.get("/recordings/{name}.json")
+    async def demonstration(name: str, request: Request) -> Response:
+        return await told(request, lambda: _demonstration(name))
 
     @app.websocket("/games/{name}")
     async def play(socket: WebSocket, name: str) -> None:
@@ -130,10 +150,11 @@ def make_web_app(access: Access | None = None, seed: int = 0, reid: str = "spati
         await socket.accept()
         await _attend(table, socket)
 
+    _add_files(app)
     return app
 
 
-def _add_files(app: FastAPI, access: Access) -> None:
+def _add_files(app: FastAPI) -> None:
     static, models = files("farm_ar.web") / "static", files("farm_ar.rendering") / "models"
 
     @app.get("/{name}", include_in_schema=False)
@@ -227,13 +248,17 @@ def _obey(table: Table, text: str, queue: asyncio.Queue[str]) -> None:
         queue.put_nowait(_encoded({"kind": "refused", "reason": str(problem)}))
 
 
+@lru_cache(maxsize=8)
+def _demonstration(name: str) -> Json:
+    return recorded_script(known_name("recording", name, demonstrations()))
+
+
 def _new_game(message: dict[str, Any]) -> Game:
     seed = message.get("seed", 0)
     if not isinstance(seed, int) or isinstance(seed, bool) or not 0 <= seed < 2**31:
         raise OptionError("seed", f"must be a whole number from 0 to {2**31 - 1}", seed)
-    names = [
-        str(message.get(*default)) for default in (("reid", "spatial"), ("jitter", "easy"), ("gaze", "all"))
-    ]
+    defaults = {"reid": "spatial", "jitter": "easy", "gaze": "all", "beside": ""}
+    names = [str(message.get(name) or default) for name, default in defaults.items()]
     known_name("jitter", names[1], JITTERS)
     return Game(seed, *names)
 

@@ -2,25 +2,31 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from farm_ar.agents.cases import Case
+from farm_ar.agents.certificates import NO_BOUND, lower_bound
+from farm_ar.agents.distance import distances
 from farm_ar.envs import FarmToTableEnv
 from farm_ar.envs.worlds import World
 from farm_ar.errors import OptionError, known_name
-from farm_ar.game_logic.belief import Sighting
+from farm_ar.game_logic.belief import SAME
 from farm_ar.game_logic.farm_game import HAND_WAITS_AT_Z, FarmGame
 from farm_ar.game_logic.headset import field_of_view, look_at
 from farm_ar.game_logic.physics.gripper import MAX_HAND_SPEED, MAX_TWIST
 from farm_ar.geometry import wrap
-from farm_ar.reid import REIDENTIFIERS
+from farm_ar.reid import REIDENTIFIERS, reid_factory
+from farm_ar.scenes import Layout
+from farm_ar.web.telling import Json, told_answers, told_moment, told_scene
 
 STEPS_PER_SECOND = 30
 """Of a game's clock."""
+
+CM = 100.0
 
 METHODS = tuple(name for name in REIDENTIFIERS if name not in ("spatial-unity", "last-known"))
 """Re-identifiers that a player can choose."""
@@ -88,13 +94,22 @@ class Game:
         reid: name of the re-identifier.
         jitter: how the starting layout is drawn.
         gaze: where the headset looks, one of `GAZES`.
+        beside: a second method that is asked too, "" for none.
+
+    Attributes:
+        effort_cm: what the visits before this one moved: the straight ways of all buildings, and for a turn
+            of angle a the scene's diagonal x sin(a / 2), the price that the paper's method gives it.
+        par_cm: what no one can fool the method with less than in one visit; None where that is not known.
 
     Raises:
         OptionError: a name is not known.
     """
 
-    def __init__(self, seed: int = 0, reid: str = "spatial", jitter: str = "easy", gaze: str = "all") -> None:
+    def __init__(
+        self, seed: int = 0, reid: str = "spatial", jitter: str = "easy", gaze: str = "all", beside: str = ""
+    ) -> None:
         known_name("reid", reid, METHODS)
+        self.beside = known_name("beside", beside, METHODS) if beside else None
         eye, target, height = GAZES[known_name("gaze", gaze, GAZES)]
         self.seed, self.reid, self.jitter, self.gaze = seed, reid, jitter, gaze
         self._env = FarmToTableEnv(
@@ -113,9 +128,10 @@ class Game:
         camera = look_at(np.array(eye), np.array(target), field_of_view("photo"), height)
         self._env.reset(seed=seed, options={"camera": camera})
         self.pointer = Pointer()
-        self._yaw_at_begin, self._effort_m, self._effort_rad = 0.0, 0.0, 0.0
-        self._told = 0
-        self.steps = 0
+        self._stood = self.world.truth
+        self._news: Json | None = None
+        self.steps, self.effort_cm, self._visit_cm = 0, 0.0, 0.0
+        self.par_cm = self._least_cm()
 
     @property
     def world(self) -> FarmGame:
@@ -123,6 +139,12 @@ class Game:
         world: World = self._env.world
         assert isinstance(world, FarmGame)
         return world
+
+    def _way_cm(self) -> float:
+        """What this visit has moved so far."""
+        position, yaw = self.world.tabletop.poses()
+        diagonal = self.world.scene.diagonal
+        return float(distances(self._stood, diagonal, position, yaw).sum() * diagonal * CM)
 
     @property
     def over(self) -> bool:
@@ -150,105 +172,74 @@ class Game:
             ],
             dtype=np.float32,
         )
-        before = world.tabletop.moved
+        looked, knew = len(world.sightings), world.believed
         self._env.step(action)
-        moved = world.tabletop.moved - before
-        self._effort_m += moved.metres
-        self._effort_rad += moved.radians
         self.steps += 1
+        self._visit_cm = self._way_cm()
+        if len(world.sightings) > looked:
+            self._looked(knew)
 
-    def hello(self) -> dict[str, Any]:
+    def hello(self) -> Json:
         """What does not change in a game, as JSON values."""
-        scene = self.world.scene
-        layout = scene.layout
         return {
             "kind": "hello",
             "seed": self.seed,
             "reid": self.reid,
+            "beside": self.beside,
             "jitter": self.jitter,
             "gaze": self.gaze,
             "gazes": list(GAZES),
             "methods": list(METHODS),
-            "width": scene.size[0],
-            "depth": scene.size[1],
-            "objects": [
-                {
-                    "label": layout.labels[i],
-                    "category": layout.category[i],
-                    "size": layout.size[i].tolist(),
-                    "fixed": bool(layout.fixed[i]),
-                }
-                for i in range(len(layout))
-            ],
+            **told_scene(self.world.scene),
         }
 
-    def state(self) -> dict[str, Any]:
+    def state(self) -> Json:
         """What may have changed, as JSON values: metres and radians, rounded to what can be seen."""
-        world = self.world
-        position, yaw = world.tabletop.poses()
-        believed, camera, hand = world.believed, world.camera, world.tabletop.hand
-        flock = world.flock
-        animals = (
-            np.column_stack([flock.position, flock.heading, flock.goal]) if len(flock) else np.zeros((0, 4))
-        )
         return {
             "kind": "state",
             "step": self.steps,
-            "phase": world.phase.text,
-            "objects": np.column_stack([position, yaw]).round(4).tolist(),
-            "believed": np.column_stack([believed.position, believed.yaw]).round(4).tolist(),
-            "wrong": np.flatnonzero(world.tracker.belief.wrong).tolist(),
-            "counts": world.counters.counted.tolist(),
-            "misplaced": world.counters.misplaced.tolist(),
-            "hand": None
-            if hand is None
-            else [*hand.position.round(4).tolist(), round(hand.yaw, 4), hand.gripped],
-            "animals": animals.round(3).tolist(),
-            "camera": {
-                "x": round(float(camera.position[0]), 4),
-                "z": round(float(camera.position[1]), 4),
-                "height": round(float(camera.height or 0.0), 4),
-                "yaw": round(float(camera.yaw), 4),
-                "pitch": round(float(camera.pitch), 4),
-                "left": round(camera.fov.left, 4),
-                "right": round(camera.fov.right, 4),
-                "range": camera.fov.range_m,
-            },
-            "effort_m": round(self._effort_m, 4),
-            "effort_rad": round(self._effort_rad, 4),
-            "snapshots": len(world.sightings),
+            **told_moment(self.world.render_state()),
+            "effort_cm": round(self.effort_cm + self._visit_cm, 2),
+            "visit_cm": round(self._visit_cm, 2),
+            "par_cm": self.par_cm,
+            "snapshots": len(self.world.sightings),
             "over": self.over,
         }
 
-    def news(self) -> dict[str, Any] | None:
-        """The last snapshot's answers, as JSON values, once each; None where there is no new one."""
-        sightings = self.world.sightings
-        if len(sightings) == self._told:
-            return None
-        self._told = len(sightings)
-        return self.answers(sightings[-1])
+    def news(self) -> Json | None:
+        """The last snapshot's answers, as JSON values, once each; None where there is no new one.
 
-    def answers(self, sighting: Sighting) -> dict[str, Any]:
-        """What a snapshot said, as JSON values."""
-        names, found = self.world.truth.labels, sighting.identification
-        confidence = found.confidence
-        detections = [
-            {
-                "object": int(source),
-                "label": label,
-                "confidence": None if not np.isfinite(sure) else round(float(sure), 3),
-                "right": label == (None if source < 0 else names[source]),
-            }
-            for source, label, sure in zip(sighting.source, found.labels, confidence, strict=True)
-        ]
-        return {
-            "kind": "snapshot",
-            "number": len(self.world.sightings),
-            "accuracy": sighting.accuracy,
-            "detections": detections,
-            "wrong_labels": self.world.tracker.belief.wrong_labels,
-        }
+        With them goes what a second method would have said, and how far the visit has moved things.
+        """
+        news, self._news = self._news, None
+        return news
 
-    def trace(self) -> str:
-        """The game so far as JSON, for `farm-ar replay`."""
-        return json.dumps(self._env.trace())
+    def _looked(self, knew: Layout) -> None:
+        """The headset has looked, when it believed everything to be as in a layout."""
+        world, names = self.world, self.world.truth.labels
+        sighting, number = world.sightings[-1], len(world.sightings)
+        self._news = told_answers(sighting, names, number)
+        self._news["wrong_labels"] = world.tracker.belief.wrong_labels
+        self._news["visit_cm"] = round(self._visit_cm, 2)
+        if self.beside is not None:
+            reid = reid_factory(self.beside)(world.scene.knowing(knew))
+            other = replace(sighting, identification=reid.identify(sighting.snapshot))
+            detections = told_answers(other, names, number)["detections"]
+            self._news["beside"] = {"reid": self.beside, "detections": detections}
+        self.effort_cm += self._visit_cm
+        self._stood, self._visit_cm = world.truth, 0.0
+        self.par_cm = self._least_cm()
+
+    def trace(self) -> Json:
+        """The game so far as JSON values, for `farm-ar replay`."""
+        return self._env.trace()
+
+    def _least_cm(self) -> float | None:
+        """What no one can fool the headset with less than in this visit; None where nothing is proven."""
+        scene, camera, world = self.world.scene, self.world.camera, self.world
+        if distances(world.believed, scene.diagonal, *world.tabletop.poses()).max() > SAME:
+            return None  # what it believes is not what is so: it may be fooled already
+        case = Case(scene.knowing(self.world.truth), camera)
+        bound = lower_bound(case, reid_factory(self.reid)(case.scene))
+        least = bound.total * scene.diagonal * CM
+        return round(float(least), 1) if bound.theorem != NO_BOUND and np.isfinite(least) else None

@@ -5,9 +5,12 @@ import json
 import numpy as np
 import pytest
 
+from farm_ar.agents.cases import Case
+from farm_ar.agents.certificates import lower_bound
 from farm_ar.envs import first_difference
 from farm_ar.errors import OptionError
 from farm_ar.game_logic.farm_game import Phase
+from farm_ar.reid import SpatialReid, reid_factory
 from farm_ar.web.game import METHODS, STEPS_PER_SECOND, Game, Pointer
 
 
@@ -46,7 +49,7 @@ def test_a_dragged_building_is_where_it_was_dragged_and_the_headset_looks_when_t
     (mine,) = [one for one in news["detections"] if one["object"] == k]
     assert mine["right"] == (mine["label"] == "blue-coop")
     assert news["accuracy"] == pytest.approx(np.mean([one["right"] for one in news["detections"]]))
-    assert game.state()["effort_m"] > 0.1
+    assert news["visit_cm"] == pytest.approx(game.state()["effort_cm"])
 
 
 def test_animals_stand_still_while_the_hand_is_in_view() -> None:
@@ -80,7 +83,7 @@ def test_a_game_plays_again_to_the_same_bytes() -> None:
     carry(game, "red-coop", 0.5, 0.2)
     game.pointer = Pointer()
     wait(game, 1.5)
-    trace = json.loads(game.trace())
+    trace = json.loads(json.dumps(game.trace()))
     assert len(trace["actions"]) == game.steps
     assert first_difference(trace) is None
 
@@ -134,3 +137,46 @@ def test_names_that_are_not_known_are_refused() -> None:
     for wrong in ({"reid": "magic"}, {"gaze": "down"}):
         with pytest.raises(OptionError, match=next(iter(wrong))):
             Game(**wrong)
+
+
+def test_the_price_of_a_visit_is_the_ways_and_turns_of_what_it_moved() -> None:
+    game = Game(seed=0)
+    layout = game.world.truth
+    k = layout.index("blue-coop")
+    carry(game, "blue-coop", 0.6, 0.15, turn=0.5)
+    game.pointer = Pointer()
+    wait(game, 1.5)
+    now = game.world.truth
+    way = np.linalg.norm(now.position[k] - layout.position[k])
+    turn = abs(np.sin((now.yaw[k] - layout.yaw[k]) / 2))
+    news = game.news()
+    assert news is not None
+    assert news["visit_cm"] == pytest.approx(100 * (way + turn * np.hypot(1.2, 0.8)), abs=0.01)
+    assert news["visit_cm"] > 20
+
+
+def test_the_par_is_the_certified_bound_and_only_where_one_is_known() -> None:
+    game = Game(seed=0)
+    case = Case(game.world.scene.knowing(game.world.truth), game.world.camera)
+    bound = lower_bound(case, SpatialReid(case.scene))
+    assert game.par_cm == pytest.approx(100 * bound.total * np.hypot(1.2, 0.8), abs=0.051)
+    assert Game(seed=0, reid="likelihood").par_cm is None
+    carry(game, "blue-coop", 0.6, 0.15)
+    game.pointer = Pointer()
+    wait(game, 1.5)
+    believed_right = not game.world.tracker.belief.wrong.any()
+    assert (game.par_cm is not None) == believed_right
+
+
+def test_a_second_method_is_asked_of_the_same_snapshot() -> None:
+    game = Game(seed=0, beside="nearest")
+    known = game.world.believed
+    carry(game, "magenta-hutch", 0.6, 0.15)
+    game.pointer = Pointer()
+    wait(game, 1.5)
+    news = game.news()
+    assert news is not None
+    sighting = game.world.sightings[-1]
+    again = reid_factory("nearest")(game.world.scene.knowing(known)).identify(sighting.snapshot)
+    assert news["beside"]["reid"] == "nearest"
+    assert [one["label"] for one in news["beside"]["detections"]] == list(again.labels)

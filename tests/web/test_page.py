@@ -9,6 +9,8 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +19,9 @@ import uvicorn
 
 from farm_ar.service.network import listening
 from farm_ar.web.app import make_web_app
+from farm_ar.web.export import export
 from farm_ar.web.game import Game
+from farm_ar.web.recordings import demonstrations
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
@@ -204,6 +208,49 @@ def test_the_page_comes_back_when_the_server_does(browser) -> None:
     with serving(int(link.rsplit(":", 1)[1].strip("/"))):
         page.page.wait_for_selector("#lost", state="hidden", timeout=20_000)
         page.close()
+
+
+def test_a_demonstration_is_watched_with_a_scrubber_and_the_game_goes_on(open_page) -> None:
+    page = open_page()
+    name = next(iter(demonstrations()))
+    page.page.wait_for_selector(f'#watch option[value="{name}"]', state="attached")
+    page.page.select_option("#watch", name)
+    page.page.wait_for_selector("#player:not([hidden])", timeout=60_000)
+    page.page.locator("#run").click()
+    bar = page.page.locator("#bar")
+    bar.evaluate("(bar) => { bar.value = bar.max; bar.dispatchEvent(new Event('input')); }")
+    page.page.wait_for_selector("#answers li")
+    assert "Snapshot" in page.page.locator("#news").inner_text()
+    page.page.select_option("#watch", "")
+    page.page.wait_for_selector("#player", state="hidden", timeout=20_000)
+    page.page.select_option("#watch", "this game")
+    page.page.wait_for_selector("#player:not([hidden])", timeout=30_000)
+    assert not page.wrong
+
+
+def test_an_exported_page_needs_no_server(browser, tmp_path) -> None:
+    game = Game(seed=1)
+    for _ in range(20):
+        game.step()
+    folder = tmp_path / "page"
+    written = export(folder, {"mine": game.trace()})
+    assert {path.relative_to(folder).as_posix() for path in written} >= {"index.html", "recordings/mine.json"}
+    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(QuietHandler, directory=str(folder)))
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    page = Page(browser, f"http://127.0.0.1:{server.server_address[1]}/", None)
+    assert page.page.locator("#watch option").count() == len(demonstrations()) + 1 + 1
+    assert not page.page.locator("#method").is_visible()
+    page.page.select_option("#watch", "mine")
+    page.until(lambda: "20 steps" in page.page.locator("#news").inner_text())
+    assert not page.wrong
+    page.close()
+    server.shutdown()
+    server.server_close()
+
+
+class QuietHandler(SimpleHTTPRequestHandler):
+    def log_message(self, *said: Any) -> None:
+        pass
 
 
 def test_the_bundle_is_what_its_sources_make(tmp_path) -> None:

@@ -1,85 +1,109 @@
 // @ts-check
-/** @import {Hello, Message, Snapshot, State} from "./messages.js" */
+/** @import {Hello, Message, Place, Recording, Snapshot, State} from "./messages.js" */
 import { Connection } from "./connection.js";
 import { Controls } from "./controls.js";
 import { Panel, part } from "./panel.js";
+import { Player, between } from "./recording.js";
 import { Table } from "./table.js";
 import { Views } from "./views.js";
 
 const given = new URLSearchParams(location.hash.slice(1));
 const token = given.get("token") ?? "";
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
+/** Whether this page lies on a host without a server: then it shows recordings only. */
+const alone = document.documentElement.dataset.alone !== undefined;
+const query = token ? `?token=${encodeURIComponent(token)}` : "";
 
-/** @type {Hello | null} */ let hello = null;
+/** @type {Place | null} */ let place = null;
 /** @type {Table | null} */ let table = null;
 /** @type {State | null} */ let state = null;
 /** @type {State | null} */ let before = null;
 /** @type {Snapshot | null} */ let snapshot = null;
 let came = 0;
 let truth = false;
+let live = true;
 
 const panel = new Panel();
 const views = new Views(part("canvas"), part("above"), part("headset"));
-const connection = new Connection(given.get("game") ?? "new", token, hear, (there) => panel.connected(there));
-const controls = new Controls(part("above"), views, (pointer) => connection.tell(pointer));
+const player = new Player(answer);
+const connection = alone
+  ? null
+  : new Connection(given.get("game") ?? "new", token, hear, (there) => panel.connected(there));
+const controls = new Controls(part("above"), views, (pointer) => live && connection?.tell(pointer));
 
 /** @param {Message} message */
 function hear(message) {
-  if (message.kind === "hello") meet(message);
-  else if (message.kind === "state") {
+  if (message.kind === "refused") panel.say(message.reason);
+  else if (message.kind === "hello") greet(message);
+  else if (!live) return;
+  else if (message.kind === "snapshot") answer(message);
+  else {
     before = state;
     state = message;
     came = performance.now();
-    if (hello) panel.show(hello, state);
-  } else if (message.kind === "snapshot") {
-    snapshot = message;
-    if (hello) panel.answer(hello, snapshot, truth);
-  } else panel.say(message.reason);
+    panel.show(state, true);
+  }
 }
 
-/** @param {Hello} said */
-function meet(said) {
-  hello = said;
-  before = state = snapshot = null;
-  table = new Table(said);
-  table.furnish().catch((problem) => panel.say(`The models could not be had: ${problem}`));
-  views.meet(said);
-  panel.meet(said);
-  part("answers").replaceChildren();
-  const link = new URLSearchParams({ game: said.game });
+/** @param {Hello} hello */
+function greet(hello) {
+  panel.meet(hello);
+  meet(hello, true);
+  const link = new URLSearchParams({ game: hello.game });
   if (token) link.set("token", token);
   history.replaceState(null, "", `#${link}`);
-  const kept = /** @type {HTMLAnchorElement} */ (part("trace"));
-  kept.href = `games/${encodeURIComponent(said.game)}/trace${token ? `?token=${encodeURIComponent(token)}` : ""}`;
+  const game = encodeURIComponent(hello.game);
+  /** @type {HTMLAnchorElement} */ (part("trace")).href = `games/${game}/trace${query}`;
   controls.leave();
 }
 
-/** Positions between the last two messages, so that 30 of them a second look smooth. @returns {State} */
-function smooth() {
-  const now = /** @type {State} */ (state);
-  if (calm.matches || !before || before.animals.length !== now.animals.length) return now;
-  const share = Math.min((performance.now() - came) * 0.03, 1);
-  const was = before;
-  /** @param {number} a @param {number} b */
-  const mix = (a, b) => a + share * (b - a);
-  return {
-    ...now,
-    objects: now.objects.map(([x, z, yaw], i) => [mix(was.objects[i][0], x), mix(was.objects[i][1], z), yaw]),
-    hand:
-      now.hand && was.hand
-        ? [mix(was.hand[0], now.hand[0]), mix(was.hand[1], now.hand[1]), now.hand[2], now.hand[3]]
-        : now.hand,
-  };
+/** Show another table. @param {Place} other @param {boolean} played whether somebody plays there */
+function meet(other, played) {
+  place = other;
+  live = played;
+  before = state = snapshot = null;
+  table = new Table(other);
+  table.furnish().catch((problem) => panel.say(`The models could not be had: ${problem}`));
+  views.meet(other);
+  part("answers").replaceChildren();
+  part("player").hidden = played;
+  document.body.classList.toggle("replay", !played);
+}
+
+/** @param {Snapshot} given */
+function answer(given) {
+  snapshot = given;
+  if (!place) return;
+  const fooled = panel.answer(place, snapshot, truth);
+  const record = Number(localStorage.getItem("record") ?? Infinity);
+  const price = snapshot.visit_cm;
+  if (live && fooled && price && price < record) localStorage.setItem("record", String(price));
+  showRecord();
+}
+
+function showRecord() {
+  const record = localStorage.getItem("record");
+  part("record").textContent = record ? `Your least: fooled for ${Number(record).toFixed(1)} cm.` : "";
+}
+
+/** What is shown now. @returns {State | null} */
+function moment() {
+  if (!live) {
+    const now = player.now();
+    if (now) panel.show(now, false);
+    return now;
+  }
+  if (!state || calm.matches || !before) return state;
+  return { ...between(before, state, Math.min((performance.now() - came) * 0.03, 1)), phase: state.phase };
 }
 
 function frame() {
-  if (table && state && hello) {
-    const shown = smooth();
-    table.show(shown, { truth, above: true });
-    views.draw(table, shown);
-    document.body.dataset.step = String(state.step);
-    document.body.dataset.phase = state.phase;
-    document.body.dataset.snapshots = String(state.snapshots);
+  const now = moment();
+  if (table && now) {
+    table.show(now, { truth });
+    views.draw(table, now);
+    document.body.dataset.step = String(now.step ?? player.time);
+    document.body.dataset.phase = now.phase;
   }
   requestAnimationFrame(frame);
 }
@@ -87,25 +111,57 @@ function frame() {
 function toggleTruth() {
   truth = !truth;
   part("truth").setAttribute("aria-pressed", String(truth));
-  if (hello && snapshot) panel.answer(hello, snapshot, truth);
+  if (place && snapshot) panel.answer(place, snapshot, truth);
 }
 
 function begin() {
-  connection.tell({
-    do: "new",
-    seed: Number(/** @type {HTMLInputElement} */ (part("seed")).value) || 0,
-    reid: /** @type {HTMLSelectElement} */ (part("method")).value,
-    gaze: /** @type {HTMLSelectElement} */ (part("gaze")).value,
-  });
+  /** @param {string} id */
+  const value = (id) => /** @type {HTMLInputElement | HTMLSelectElement} */ (part(id)).value;
+  const seed = Number(value("seed")) || 0;
+  connection?.tell({ do: "new", seed, reid: value("method"), gaze: value("gaze"), beside: value("beside") });
+}
+
+/** Play a recording, or with none of that name go back to the game. @param {string} name */
+async function watch(name) {
+  if (!name) {
+    connection?.socket?.close();
+    return;
+  }
+  const own = name === "this game";
+  const path = own ? `games/${encodeURIComponent(connection?.game ?? "")}/recording` : `recordings/${name}.json`;
+  panel.say("Fetching the recording …");
+  const reply = await fetch(path + query);
+  if (!reply.ok) {
+    panel.say(await reply.text());
+    return;
+  }
+  const recording = /** @type {Recording} */ (await reply.json());
+  meet(recording, false);
+  player.open(recording);
+  panel.say(recording.title);
+}
+
+async function offerRecordings() {
+  const reply = await fetch(`recordings.json${query}`);
+  if (!reply.ok) return;
+  const { recordings } = await reply.json();
+  const chooser = /** @type {HTMLSelectElement} */ (part("watch"));
+  for (const [name, title] of Object.entries(recordings)) chooser.add(new Option(String(title), name));
+  if (alone) watch(Object.keys(recordings)[0]);
+  else chooser.add(new Option("This game so far", "this game"));
 }
 
 part("truth").addEventListener("click", toggleTruth);
 part("look").addEventListener("click", () => controls.leave());
 part("begin").addEventListener("click", begin);
-part("method").addEventListener("change", begin);
-part("gaze").addEventListener("change", begin);
+for (const id of ["method", "gaze", "beside"]) part(id).addEventListener("change", begin);
+part("watch").addEventListener("change", (event) => {
+  watch(/** @type {HTMLSelectElement} */ (event.target).value).catch((problem) => panel.say(String(problem)));
+});
 document.addEventListener("keydown", (event) => {
   const typing = event.target instanceof HTMLInputElement || event.target instanceof HTMLSelectElement;
   if (!typing && event.key.toLowerCase() === "t") toggleTruth();
 });
+showRecord();
+offerRecordings().catch((problem) => panel.say(String(problem)));
 requestAnimationFrame(frame);

@@ -4,19 +4,23 @@
  * above with 0 along +z.
  *
  * @typedef {{label: string, category: string, size: [number, number, number], fixed: boolean}} Thing
- * @typedef {{kind: "hello", seed: number, reid: string, jitter: string, gaze: string, gazes: string[],
- *   methods: string[], width: number,
+ * @typedef {{kind: "hello", seed: number, reid: string, jitter: string, beside: string | null, gaze: string,
+ *   gazes: string[], methods: string[], width: number,
  *   depth: number, objects: Thing[], game: string, role: "player" | "viewer"}} Hello
  * @typedef {{x: number, z: number, height: number, yaw: number, pitch: number, left: number, right: number,
  *   range: number}} Headset
  * @typedef {{kind: "state", step: number, phase: "play" | "hand", objects: [number, number, number][],
  *   believed: [number, number, number][], wrong: number[], counts: number[], misplaced: number[],
  *   hand: [number, number, number, number | null] | null, animals: [number, number, number, number][],
- *   camera: Headset, effort_m: number, effort_rad: number, snapshots: number, over: boolean}} State
+ *   camera: Headset, caption: string, effort_cm: number, visit_cm: number, par_cm: number | null,
+ *   snapshots: number, over: boolean}} State
  * @typedef {{object: number, label: string | null, confidence: number | null, right: boolean}} Detection
  * @typedef {{kind: "snapshot", number: number, accuracy: number, detections: Detection[],
- *   wrong_labels: number}} Snapshot
+ *   wrong_labels?: number, visit_cm?: number, beside?: {reid: string, detections: Detection[]}}} Snapshot
  * @typedef {{kind: "refused", reason: string}} Refused
+ * @typedef {{kind: "recording", title: string, rate: number, width: number, depth: number, objects: Thing[],
+ *   frames: (State & {snapshot?: Snapshot})[]}} Recording
+ * @typedef {{width: number, depth: number, objects: Thing[]}} Place
  * @typedef {Hello | State | Snapshot | Refused} Message
  */
 export {};

@@ -1,5 +1,5 @@
 // @ts-check
-/** @import {Hello, State} from "./messages.js" */
+/** @import {Place, State} from "./messages.js" */
 import * as THREE from "three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 import { colourOf, inkOn } from "./palette.js";
@@ -90,7 +90,7 @@ function plate(label, square) {
 
 /** Everything that stands on the table, as three.js draws it. */
 export class Table {
-  /** @param {Hello} hello */
+  /** @param {Place} hello */
   constructor(hello) {
     this.hello = hello;
     this.scene = new THREE.Scene();
@@ -177,7 +177,7 @@ export class Table {
    * Show a moment.
    *
    * @param {State} state
-   * @param {{truth: boolean, above: boolean}} shown whether wrong labels are marked
+   * @param {{truth: boolean}} shown whether wrong labels are marked
    */
   show(state, shown) {
     if (!this.hands) return;

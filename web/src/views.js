@@ -1,5 +1,5 @@
 // @ts-check
-/** @import {Hello, State} from "./messages.js" */
+/** @import {Place, State} from "./messages.js" */
 /** @import {Table} from "./table.js" */
 import * as THREE from "three";
 import { at } from "./table.js";
@@ -22,10 +22,10 @@ export class Views {
     this.top = new THREE.OrthographicCamera();
     this.top.up.set(0, 0, -1);
     this.eye = new THREE.PerspectiveCamera(40, 16 / 9, 0.02, 10);
-    /** @type {Hello | null} */ this.hello = null;
+    /** @type {Place | null} */ this.hello = null;
   }
 
-  /** @param {Hello} hello */
+  /** @param {Place} hello */
   meet(hello) {
     this.hello = hello;
     this.top.position.copy(at(hello.width / 2, 3, hello.depth / 2));
@@ -70,7 +70,7 @@ export class Views {
 
   /** Half of what the view from above shows, metres. @param {DOMRect} pane @returns {[number, number]} */
   reach(pane) {
-    const { width, depth } = /** @type {Hello} */ (this.hello);
+    const { width, depth } = /** @type {Place} */ (this.hello);
     const wide = width / 2 + MARGIN_M;
     const deep = depth / 2 + MARGIN_M;
     const shape = pane.width / pane.height;

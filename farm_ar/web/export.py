@@ -1,0 +1,64 @@
+"""The page as files that any host serves: it shows recordings and needs no server."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from farm_ar.rendering.models import MODELS
+from farm_ar.scenes.files import whole_file
+from farm_ar.web.recordings import demonstrations, recorded_script, recorded_trace
+from farm_ar.web.telling import Json
+
+
+def export(
+    folder: Path,
+    traces: Mapping[str, Mapping[str, Any]],
+    report: Callable[[float], None] = lambda share: None,
+) -> list[Path]:
+    """Write the page, its models, the demonstrations and episodes into a folder.
+
+    Args:
+        folder: where; made if it is not there.
+        traces: of the episodes, by the names that they get.
+        report: called with the share that is done.
+
+    Returns:
+        What was written.
+
+    Raises:
+        OptionError: an episode is of an environment without the game.
+    """
+    written = []
+
+    def write(name: str, data: bytes) -> None:
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with whole_file(path) as file:
+            file.write_bytes(data)
+        written.append(path)
+
+    def write_json(name: str, value: Json) -> None:
+        write(name, json.dumps(value, separators=(",", ":")).encode())
+
+    titles, works = demonstrations(), len(demonstrations()) + len(traces)
+    for done, name in enumerate(titles, start=1):
+        write_json(f"recordings/{name}.json", recorded_script(name))
+        report(done / works)
+    for done, (name, trace) in enumerate(traces.items(), start=len(titles) + 1):
+        recording = recorded_trace(trace)
+        titles[name] = f"{name}: {recording['title']}"
+        write_json(f"recordings/{name}.json", recording)
+        report(done / works)
+    write_json("recordings.json", {"recordings": titles})
+    static = files("farm_ar.web") / "static"
+    page = (static / "index.html").read_text(encoding="utf-8")
+    write("index.html", page.replace('<html lang="en">', '<html lang="en" data-alone>').encode())
+    for name in ("play.js", "style.css", "three-LICENSE.txt"):
+        write(name, (static / name).read_bytes())
+    for name in MODELS:
+        write(f"models/{name}.glb", (files("farm_ar.rendering") / "models" / f"{name}.glb").read_bytes())
+    return written
