@@ -103,7 +103,7 @@ $(VENV)/core.stamp: $(VENV)/made.stamp pyproject.toml constraints.txt
 
 $(VENV)/dev.stamp: $(VENV)/core.stamp
 	$(HEADLINE) "Installing what the checks need, learners among it (once; some minutes)"
-	@$(INSTALL) --no-build-isolation --editable '.[dev,train,service]'
+	@$(INSTALL) --no-build-isolation --editable '.[dev,train,vision,service]'
 	@touch $@
 
 $(VENV)/web.stamp: $(VENV)/core.stamp
@@ -127,7 +127,7 @@ $(OLDEST)/stamp: pyproject.toml constraints.txt
 	@$(PYTHON) -m venv $(OLDEST)
 	@grep -v '^gymnasium==' constraints.txt >$(OLDEST)/constraints.txt
 	@$(OLDEST)/bin/python -m pip install --quiet --disable-pip-version-check \
-	    --constraint $(OLDEST)/constraints.txt gymnasium==$(OLDEST_GYMNASIUM) --editable '.[dev,train,service]'
+	    --constraint $(OLDEST)/constraints.txt gymnasium==$(OLDEST_GYMNASIUM) --editable '.[dev,train,vision,service]'
 	@touch $@
 
 $(WHEELHOUSE)/stamp: $(VENV)/core.stamp

@@ -26,23 +26,31 @@ def demo(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Where the films go.")] = Path("out"),
     gif: Annotated[bool, typer.Option("--gif/--no-gif", help="Whether to make GIFs too.")] = True,
     reid: Annotated[str, typer.Option(metavar="NAME", help=REID_HELP)] = "spatial",
+    perception: Annotated[
+        str, typer.Option(metavar="NAME", help="oracle (true poses), or pixels (poses from a picture).")
+    ] = "oracle",
 ) -> None:
     """Play scripts of the Farm-to-Table game and film them.
 
     By default the two gameplay demonstrations of the paper. Each becomes a video, a GIF, key frames and two
     tables: the identification of each snapshot, and the counters.
     """
+    from functools import partial
+
     from farm_ar.cli.options import make_folder
     from farm_ar.cli.output import print_line, progress
+    from farm_ar.envs.perceptions import PERCEPTIONS, perception_of
+    from farm_ar.errors import known_name
     from farm_ar.reid import load_reid
     from farm_ar.showcases import builtin_scripts, film_script, load_script
 
     names, make_reid = _file_names(scripts or list(builtin_scripts())), load_reid(reid)
     make_folder("--out", out)
+    make = partial(perception_of, known_name("perception", perception, PERCEPTIONS))
     loaded = {name: load_script(script) for name, script in names.items()}
     for name, script in loaded.items():
         with progress(f"Filming {name}") as report:
-            film, paths = film_script(script, name, out, make_reid, gif, report)
+            film, paths = film_script(script, name, out, make_reid, gif, report, make)
         print_line("")
         print_film(film)
         print_line(f"Wrote {paths[0]} and {len(paths) - 1} more files beside it")

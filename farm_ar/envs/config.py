@@ -12,7 +12,7 @@ import numpy as np
 from farm_ar.envs.actions import ACTIONS
 from farm_ar.envs.generator import JITTERS
 from farm_ar.envs.observations import OBSERVATIONS
-from farm_ar.envs.perceptions import perception_of
+from farm_ar.envs.perceptions import ORACLE_NOISE, check_perception
 from farm_ar.envs.rewards import REWARDS
 from farm_ar.errors import OptionError, known_name
 from farm_ar.game_logic.farm_game import CARRIES
@@ -52,7 +52,13 @@ GAZES = ("random", "still")
 
 RENDER_MODES = ("rgb_array",)
 
-_AS_EVER = (("session", "off"), ("carry", "drag"), ("steps_per_second", 10), ("gaze", "random"))
+_AS_EVER = (
+    ("session", "off"),
+    ("carry", "drag"),
+    ("steps_per_second", 10),
+    ("gaze", "random"),
+    ("oracle_noise", "none"),
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,6 +81,8 @@ class EnvConfig:
         session: whether the game learns from its answers how untidy the table is, one of `SESSIONS`; only
             `adaptive`, or a function that makes such a re-identifier, learns.
         perception: one of `PERCEPTIONS`, or a `Perception`.
+        oracle_noise: of the perception `oracle`, one of `ORACLE_NOISE`: none, or errors as large and frequent
+            as were measured on pictures of the farm.
         budget_m: what a visit may move all objects together, metres.
         budget_rad: what it may turn them, radians.
         budget: one effort in place of both, metres / diagonal + radians / pi.
@@ -107,6 +115,7 @@ class EnvConfig:
     reid: str | ReidFactory = "spatial"
     session: str = "off"
     perception: str | Perception = "oracle"
+    oracle_noise: str = "none"
     budget_m: float = 0.6
     budget_rad: float = float(np.pi / 2)
     budget: float | None = None
@@ -146,7 +155,11 @@ class EnvConfig:
             self._check(
                 "session", learns, f"must be off with reid {self.reid}: adaptive is the one that learns"
             )
-        perception_of(self.perception)
+        check_perception(self.perception)
+        self._check_name("oracle_noise", ORACLE_NOISE)
+        if self.oracle_noise != "none":
+            expected = 'must be none where the perception is not "oracle"'
+            self._check("oracle_noise", self.perception == "oracle", expected)
         if self.visits is not None:
             self._make_int("visits", 1, "must be a whole number not below 1, or None")
         self._make_int("moves", 1, "must be a whole number not below 1")

@@ -170,7 +170,8 @@ class FarmToTableEnv(gym.Env[Any, Any]):
     | `reward`, `sign`, `effort_weight` | `"identity"`, 1, .25 | see Rewards |
     | `reid` | `"spatial"` | `likelihood`, `relational`, `nearest`, `distance`, `squared-distance`, `last-known`, or a function from a `Scene` to a `Reidentifier` |
     | `session` | `"off"` | or `"learn"`, with `reid="adaptive"`: answers of an episode teach it how untidy the table is |
-    | `perception` | `"oracle"` | or a `Perception` |
+    | `perception` | `"oracle"` | true poses; `"pixels"`: poses estimated from a picture of 640 x 360 pixels, by the headset's camera; or a `Perception` |
+    | `oracle_noise` | `"none"` | `"measured"`: the oracle errs, misses and sees false things as was measured on such pictures |
     | `budget_m`, `budget_rad` | .6, pi / 2 | what a visit may move and turn all objects together, metres and radians |
     | `budget` | `None` | one effort in place of both |
     | `visits`, `moves` | 1, 6 | visits in an episode, `None` for no end; moves in a visit |

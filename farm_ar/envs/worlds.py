@@ -155,7 +155,8 @@ def new_world(
     scene: Scene, layout: Layout, camera: Camera, config: EnvConfig, rng: np.random.Generator
 ) -> World:
     """The game, or the plain scene, with everything where it starts."""
-    make_reid, perception = reid_factory(config.reid), perception_of(config.perception)
+    make_reid = reid_factory(config.reid)
+    perception = perception_of(config.perception, scene, config.oracle_noise)
     if config.session == "learn":
         make_reid = SessionReid(make_reid)
     if config.head_noise_deg > 0:

@@ -168,7 +168,7 @@ class Renderer:
         if self._kept is None or self._kept[0] != key:
             nearness = np.zeros((lens.height, lens.width), np.float32)
             face = np.full((lens.height, lens.width), NOTHING, np.int32)
-            rasterise(view.axes(self._static.corners), _lens_of(view), 0, nearness, face)
+            rasterise(view.axes(self._static.corners), lens_of(view), 0, nearness, face)
             self._kept, self._rgb = (key, nearness, face), None
         return self._kept[1:]
 
@@ -178,7 +178,7 @@ class Renderer:
         """All triangles, and which of them each pixel shows."""
         nearness, face = nearness.copy(), face.copy()
         soup, added = _Soup.joined(self._static, moving), len(self._static.corners)
-        rasterise(view.axes(soup.corners[added:]), _lens_of(view), added, nearness, face)
+        rasterise(view.axes(soup.corners[added:]), lens_of(view), added, nearness, face)
         return soup, nearness, face
 
     def _shade(
@@ -192,7 +192,7 @@ class Renderer:
     ) -> None:
         shade(
             shown,
-            (_lens_of(view), view.eye, view.rotation),
+            (lens_of(view), view.eye, view.rotation),
             (soup.corners, soup.normals, soup.colours),
             (soup.skin_of, soup.uv, soup.skins, soup.pixels),
             (self._sun, self.light.axes, shadow),
@@ -316,7 +316,8 @@ def _all_changed() -> Structs[Changed]:
     return changed
 
 
-def _lens_of(view: View) -> Structs[Lens]:
+def lens_of(view: View) -> Structs[Lens]:
+    """(1,) a view's lens, for kernels."""
     lens = view.intrinsics
     return _lens(lens.fx, lens.fy, lens.cx, lens.cy)
 

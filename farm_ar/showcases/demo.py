@@ -8,7 +8,9 @@ from pathlib import Path
 import cv2
 
 from farm_ar.drawing.video import write_gif, write_mp4, write_png
+from farm_ar.game_logic.perception import OraclePerception, Perception
 from farm_ar.reid import ReidFactory, SpatialReid
+from farm_ar.scenes import Scene
 from farm_ar.scenes.files import csv_table, write_text
 from farm_ar.showcases.film import FPS, Film, Image, ScriptRecorder
 from farm_ar.showcases.script import Script
@@ -30,6 +32,7 @@ def film_script(
     make_reid: ReidFactory = SpatialReid,
     gif: bool = True,
     report: Report = lambda what, share: None,
+    make_perception: Callable[[Scene], Perception] = lambda scene: OraclePerception(),
 ) -> tuple[Film, list[Path]]:
     """Play a script and write NAME.mp4, NAME.gif, key frames as PNG, and two CSV tables.
 
@@ -40,13 +43,17 @@ def film_script(
         make_reid: makes the re-identifier for the scene as it is believed to be.
         gif: whether the GIF is wanted.
         report: called from time to time with the current task and about which share of it is done, 0 to 1.
+        make_perception: makes what takes the snapshots, for the scene; from true poses by default.
 
     Returns:
         What was filmed, and the files.
     """
     share_filmed = _SHARE_FILMED if gif else 1.0
     screening = ScriptRecorder(
-        script, make_reid, report=lambda share: report(f"Filming {name}", share_filmed * share)
+        script,
+        make_reid,
+        report=lambda share: report(f"Filming {name}", share_filmed * share),
+        make_perception=make_perception,
     )
     small: list[Image] = []
     paths = [folder / f"{name}.mp4"]

@@ -14,6 +14,7 @@ from farm_ar.game_logic.belief import Sighting
 from farm_ar.game_logic.counters import label_text
 from farm_ar.game_logic.farm_game import HAND_AWAY_S, TICK_S, FarmGame
 from farm_ar.game_logic.headset import HeadMotion, field_of_view, gaze_target, look_at
+from farm_ar.game_logic.perception import OraclePerception, Perception
 from farm_ar.game_logic.physics.tabletop import Tabletop
 from farm_ar.game_logic.render_state import RenderState
 from farm_ar.reid import ReidFactory, SpatialReid
@@ -86,6 +87,7 @@ class ScriptRecorder:
         make_reid: makes the re-identifier for the scene as it is believed to be.
         make_pictures: draws the frames; None where only the tables are wanted.
         report: called after each frame with the share of the script that has been played, about, 0 to 1.
+        make_perception: makes what takes the snapshots, for the scene; from true poses by default.
 
     Attributes:
         film: the film, complete after the last frame.
@@ -97,6 +99,7 @@ class ScriptRecorder:
         make_reid: ReidFactory = SpatialReid,
         make_pictures: PictureMaker | None = drawn,
         report: Callable[[float], None] = lambda share: None,
+        make_perception: Callable[[Scene], Perception] = lambda scene: OraclePerception(),
     ) -> None:
         self.film = Film(script.title)
         self._script, self._report = script, report
@@ -107,7 +110,10 @@ class ScriptRecorder:
         self._last: Image | None = None
         self._holding: Image | None = None
         self._caption = ""
-        self._game = FarmGame(script.scene, self._camera(), self._rng, make_reid=make_reid)
+        perception = make_perception(script.scene)
+        self._game = FarmGame(
+            script.scene, self._camera(), self._rng, make_reid=make_reid, perception=perception
+        )
 
     @property
     def _share(self) -> float:

@@ -69,3 +69,23 @@ def test_what_is_no_estimator_and_what_is_no_folder_of_frames_is_said_in_a_line(
     assert "meshes: must be a folder with files" in mistake(
         "vision", "benchmark", "frames", "--estimator", "own_estimator:Knows", "--meshes", "frames"
     )
+
+
+def test_frames_that_were_rendered_are_judged(run, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    run("vision", "render", "--out", "rendered", "--count", "2", "--seed", "4")
+    assert len(list((tmp_path / "rendered").glob("*.png"))) == 2
+    answer = json.loads(run("vision", "benchmark", "rendered", "--json").stdout)["rendered"]
+    assert answer["frames"] == 2
+    things = [json.loads(file.read_text())["objects"] for file in (tmp_path / "rendered").glob("*.json")]
+    seen = sum(one["visible"] >= 0.4 for several in things for one in several)
+    assert answer["at least 40%"]["things"] == seen
+
+
+def test_a_network_is_not_trained_on_nothing_nor_written_to_another_ending(mistake, tmp_path):
+    pytest.importorskip("onnx", reason="pip install '.[vision]'")
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    said = mistake("vision", "train", "--meshes", str(empty), "--out", "m.onnx")
+    assert "meshes: must be a folder with files" in said
+    assert "out: must end in .onnx" in mistake("vision", "train", "--out", str(tmp_path / "m.bin"))

@@ -28,6 +28,7 @@ ARGUMENTS = [
     ("reid", 7, "a function from a Scene to a Reidentifier"),
     ("perception", "nose", "oracle"),
     ("perception", OraclePerception, "a Perception"),
+    ("oracle_noise", "loud", "measured"),
     ("jitter", "huge", "default, easy, hard, none"),
     ("fov", "fisheye", "display, photo"),
     ("sign", 0, "1 (an adversary) or -1 (a helper)"),

@@ -1,0 +1,188 @@
+"""The oracle with errors as large and as frequent as those that were measured on pictures of the farm."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from farm_ar.arrays import BoolArray, FloatArray, IntArray
+from farm_ar.game_logic import visibility
+from farm_ar.game_logic.headset import field_of_view, random_camera
+from farm_ar.game_logic.perception import Perceived
+from farm_ar.geometry import deepest_overlap, wrap
+from farm_ar.scenes import Camera, Detections, Layout, Scene, Snapshot
+from farm_ar.vision.canonical import azimuth
+from farm_ar.vision.frames import errors
+from farm_ar.vision.perception import SIZE, PixelPerception, view_of
+
+FILE = Path(__file__).parent / "models" / "measured.json"
+"""What was measured; `benchmarks/measured_noise.py` makes it."""
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredNoise:
+    """Errors of poses from pixels, by distance.
+
+    Args:
+        edges: (D - 1,) metres from the eye on the plane, between classes of distance.
+        miss: (D,) share of the things in the picture that is not found.
+        flip: (D,) share of those found whose yaw is more than 90 degrees off.
+        bias: (D, 3) mean error of the rest: away from the eye and to its side, metres; of the yaw, radians.
+        covariance: (D, 3, 3) of it.
+        false_rate: detections of nothing, a picture.
+    """
+
+    edges: FloatArray
+    miss: FloatArray
+    flip: FloatArray
+    bias: FloatArray
+    covariance: FloatArray
+    false_rate: float
+
+    @classmethod
+    def from_json(cls, document: dict[str, Any]) -> MeasuredNoise:
+        """From a file."""
+        edges, miss, flip, bias, covariance = (
+            np.array(document[name], float) for name in ("edges", "miss", "flip", "bias", "covariance")
+        )
+        return cls(edges, miss, flip, bias, covariance, float(document["false_rate"]))
+
+
+@lru_cache(maxsize=1)
+def measured_noise() -> MeasuredNoise:
+    """What was measured with the estimator that comes with the package."""
+    return MeasuredNoise.from_json(json.loads(FILE.read_text()))
+
+
+@dataclass(frozen=True)
+class MeasuredPerception:
+    """True poses of what is in the picture, with measured errors."""
+
+    def perceive(self, truth: Layout, camera: Camera, rng: np.random.Generator) -> Perceived:
+        """The snapshot that the camera takes of the objects where they truly are."""
+        noise, eye = measured_noise(), view_of(camera)
+        source = np.flatnonzero(in_picture(truth, camera))
+        away = np.linalg.norm(truth.position[source] - camera.position, axis=1)
+        kind = np.searchsorted(noise.edges, away)
+        found = rng.random(len(source)) >= noise.miss[kind]
+        source, kind = source[found], kind[found]
+        root = np.linalg.cholesky(noise.covariance + 1e-18 * np.eye(3))
+        error = noise.bias[kind] + np.einsum("nij,nj->ni", root[kind], rng.standard_normal((len(source), 3)))
+        error[:, 2] += np.pi * (rng.random(len(source)) < noise.flip[kind])
+        toward = azimuth(eye, truth.position[source])
+        sine, cosine = np.sin(toward), np.cos(toward)
+        shift = np.column_stack(
+            [sine * error[:, 0] + cosine * error[:, 1], cosine * error[:, 0] - sine * error[:, 1]]
+        )
+        position, yaw = truth.position[source] + shift, wrap(truth.yaw[source] + error[:, 2])
+        numbers, ghosts = _with_false(source, truth, camera, noise, rng)
+        position = np.concatenate([position, ghosts[:, :2]])
+        yaw = np.concatenate([yaw, ghosts[:, 2]])
+        of = np.concatenate([source, np.full(len(ghosts), -1)])
+        order = np.argsort(wrap(azimuth(eye, position) - camera.yaw), kind="stable")
+        like = numbers[order]
+        detections = Detections(
+            tuple(truth.category[i] for i in like),
+            position[order],
+            yaw[order],
+            truth.size[like],
+            truth.elevation[like],
+        )
+        return Perceived(Snapshot(camera, detections), of[order])
+
+
+def _with_false(
+    source: IntArray, truth: Layout, camera: Camera, noise: MeasuredNoise, rng: np.random.Generator
+) -> tuple[IntArray, FloatArray]:
+    """Which object each detection is like; (G, 3) poses of those of nothing."""
+    count = int(rng.poisson(noise.false_rate))
+    like = rng.choice(np.flatnonzero(truth.movable), count)
+    across = rng.uniform(-camera.fov.left, camera.fov.right, count) + camera.yaw
+    away = rng.uniform(0.4, 1.3, count)
+    place = camera.position + away[:, None] * np.column_stack([np.sin(across), np.cos(across)])
+    return np.concatenate([source, like]), np.column_stack([place, rng.uniform(-np.pi, np.pi, count)])
+
+
+def in_picture(truth: Layout, camera: Camera) -> BoolArray:
+    """(N,) which objects the camera has in view with their pivot in its picture."""
+    seen: BoolArray = visibility.seen_by(camera, truth)[0]
+    view = view_of(camera)
+    pivot = np.insert(truth.position, 1, truth.elevation, axis=1)
+    column, row = view.pixels(pivot).T
+    width, height = SIZE
+    before = view.axes(pivot)[:, 2] > 0
+    inside = (column >= 0) & (column < width) & (row >= 0) & (row < height)
+    return np.asarray(seen & before & inside)
+
+
+def measure(
+    perception: PixelPerception, moments: list[tuple[Layout, Camera]], seed: int, classes: int = 5
+) -> dict[str, Any]:
+    """Errors of poses from pictures of moments, by distance, as a file holds them.
+
+    Args:
+        perception: that takes the pictures.
+        moments: what stands where, and the camera.
+        seed: of the sensor's noise.
+        classes: of distance, with equally many things in each.
+    """
+    rng = np.random.default_rng(seed)
+    rows, false = [], 0
+    for truth, camera in moments:
+        seen = in_picture(truth, camera)
+        perceived = perception.perceive(truth, camera, rng)
+        found, view = perceived.snapshot.detections, view_of(camera)
+        false += int((perceived.source < 0).sum())
+        for k in np.flatnonzero(seen):
+            away = float(np.linalg.norm(truth.position[k] - camera.position))
+            mine = np.flatnonzero(perceived.source == k)
+            error = np.full(3, np.nan)
+            if len(mine):
+                pose = np.column_stack([found.position[mine], found.yaw[mine]])
+                error = errors(view, pose, np.array([[*truth.position[k], truth.yaw[k]]]))[0]
+            rows.append((away, *error))
+    table = np.array(rows)
+    edges = np.quantile(table[:, 0], np.arange(1, classes) / classes).round(3)
+    return _summary(table[:, 0], table[:, 1:], edges) | {
+        "false_rate": false / len(moments),
+        "pictures": len(moments),
+        "things": len(table),
+    }
+
+
+def _summary(away: FloatArray, error: FloatArray, edges: FloatArray) -> dict[str, Any]:
+    kind = np.asarray(np.searchsorted(edges, away))
+    missed = np.asarray(~np.isfinite(error).all(axis=1))
+    flipped = np.asarray(np.abs(error[:, 2]) > np.pi / 2)
+    found: dict[str, list[Any]] = {name: [] for name in ("miss", "flip", "bias", "covariance")}
+    for k in range(len(edges) + 1):
+        here = np.equal(kind, k)
+        good = error[here & ~missed & ~flipped]
+        found["miss"].append(float(missed[here].mean()))
+        found["flip"].append(float(flipped[here & ~missed].mean()))
+        found["bias"].append(good.mean(axis=0).tolist())
+        found["covariance"].append(np.cov(good.T).tolist())
+    return {"edges": edges.tolist(), **found}
+
+
+def moments_of(scene: Scene, count: int, seed: int) -> list[tuple[Layout, Camera]]:
+    """Moments of visits to a scene: movable things around their homes but not in one another; cameras."""
+    layout, found = scene.layout, []
+    for number in range(count):
+        rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(number,)))
+        position, yaw = layout.position.copy(), layout.yaw.copy()
+        for k in rng.permutation(np.flatnonzero(layout.movable)):
+            kept = position[k].copy(), yaw[k]
+            shifted = position[k] + 0.07 * rng.standard_normal(2)
+            position[k] = np.clip(shifted, 0.05, np.array(scene.size) - 0.05)
+            yaw[k] += np.deg2rad(25) * rng.standard_normal()
+            if deepest_overlap(position, yaw, layout.size) > 0:
+                position[k], yaw[k] = kept
+        camera = random_camera(scene, field_of_view("photo"), rng)
+        found.append((layout.placed(position, yaw), camera))
+    return found

@@ -1,0 +1,51 @@
+"""The oracle with measured noise errs as the file says."""
+
+import json
+
+import numpy as np
+import pytest
+
+from farm_ar.geometry import wrap
+from farm_ar.vision.measured_noise import (
+    FILE,
+    MeasuredPerception,
+    in_picture,
+    measured_noise,
+    moments_of,
+)
+
+
+def test_errors_are_as_large_and_as_frequent_as_was_measured(farm):
+    noise = measured_noise()
+    rng = np.random.default_rng(0)
+    rows, seen, found, false = [], 0, 0, 0
+    moments = moments_of(farm, 40, 5)
+    for _ in range(12):
+        for truth, camera in moments:
+            perceived = MeasuredPerception().perceive(truth, camera, rng)
+            detections, source = perceived.snapshot.detections, perceived.source
+            there = in_picture(truth, camera)
+            seen, found, false = seen + there.sum(), found + (source >= 0).sum(), false + (source < 0).sum()
+            real = source >= 0
+            away = np.linalg.norm(truth.position[source[real]] - camera.position, axis=1)
+            turn = wrap(detections.yaw[real] - truth.yaw[source[real]])
+            shift = np.linalg.norm(detections.position[real] - truth.position[source[real]], axis=1)
+            rows += np.column_stack([away, shift, turn]).tolist()
+    away, shift, turn = np.array(rows).T
+    kind = np.searchsorted(noise.edges, away)
+    share = np.bincount(kind, minlength=len(noise.miss)) / len(kind)
+    assert 1 - found / seen == pytest.approx(noise.miss.mean(), abs=noise.miss.max() + 0.03)
+    assert (np.abs(turn) > np.pi / 2).mean() == pytest.approx(share @ noise.flip, abs=0.02)
+    for k in range(len(noise.miss)):
+        here = kind == k
+        if here.sum() > 200:
+            wanted = np.trace(noise.covariance[k, :2, :2]) + (noise.bias[k, :2] ** 2).sum()
+            assert (shift[here] ** 2).mean() == pytest.approx(wanted, rel=0.35)
+    assert false / (12 * len(moments)) == pytest.approx(noise.false_rate, abs=0.1)
+
+
+def test_the_file_is_plain_data_that_says_how_it_was_made():
+    document = json.loads(FILE.read_text())
+    assert {"edges", "miss", "flip", "bias", "covariance", "false_rate", "pictures", "things"} <= set(
+        document
+    )

@@ -1,0 +1,79 @@
+"""Refinement finds the pose that was rendered, whatever the colours."""
+
+import numpy as np
+import pytest
+
+from farm_ar.rendering import HOLOLENS_2, Instance, Light, Mesh, Renderer, Sensor, View, model
+from farm_ar.rendering.shapes import mesh_of, pane
+from farm_ar.vision.refinement import Solid, refine
+
+CAMERA = View(HOLOLENS_2, np.array([0.0, 0.45, -0.6]), 0.0, -0.65)
+MESHES = {name: model(name) for name in ("coop", "hutch")}
+SOLIDS = {name: Solid.of(mesh) for name, mesh in MESHES.items()}
+
+
+def repainted(mesh, rng):
+    """Each part in a colour of its own."""
+    colours = rng.uniform(20, 235, (len(mesh.parts), 3))
+    return Mesh(mesh.corners, colours[mesh.part], mesh.part, mesh.parts)
+
+
+def image_of(category, pose, seed, extra=()):
+    rng = np.random.default_rng(seed)
+    table = pane([(-1, 0, -1), (1, 0, -1), (1, 0, 1), (-1, 0, 1)], (0, 1, 0), rng.uniform(40, 200, 3))
+    things = [
+        Instance(repainted(MESHES[name], rng), np.array([x, 0.0, z]), yaw)
+        for name, (x, z, yaw) in zip(category, pose, strict=True)
+    ]
+    scene = Renderer([Instance(mesh_of(table), np.zeros(3)), *things, *extra], Light(shadows=512))
+    return Sensor().expose(scene.draw(CAMERA).rgb, rng)
+
+
+POSES = np.array([[0.02, 0.05, 0.4], [0.13, 0.07, -0.9], [-0.2, 0.25, 2.5], [0.0, 0.3, -2.0]])
+CATEGORY = ("coop", "hutch", "coop", "hutch")
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_poses_that_are_millimetres_off_are_put_right(seed):
+    image = image_of(CATEGORY, POSES, seed)
+    rng = np.random.default_rng(seed + 10)
+    start = POSES + rng.choice([-1, 1], POSES.shape) * [0.005, 0.005, 0.08]
+    found = refine(image, CAMERA, SOLIDS, CATEGORY, start, np.zeros(4))
+    away = np.linalg.norm(found.pose[:, :2] - POSES[:, :2], axis=1)
+    assert np.median(away) < 0.001
+    assert np.median(np.abs(found.pose[:, 2] - POSES[:, 2])) < np.deg2rad(1.0)
+    assert away.max() < 0.004
+    assert (found.gain > 1).all()
+    assert (found.curvature > 0).all()
+
+
+def test_what_another_thing_hides_is_told():
+    behind = np.array([[0.0, 0.0, 0.0], [0.0, 0.1, 0.0]])
+    image = image_of(("coop", "hutch"), behind, 0)
+    found = refine(image, CAMERA, SOLIDS, ("coop", "hutch"), behind, np.zeros(2))
+    assert found.seen[0] > 0.97
+    assert 0.1 < found.seen[1] < 0.8
+
+
+def test_the_wrong_way_round_costs_more_where_it_is_tried():
+    image = image_of(CATEGORY, POSES, 5)
+    found = refine(image, CAMERA, SOLIDS, CATEGORY, POSES, np.array([0.3, 0.0, 0.3, 0.3]))
+    tried = np.array([True, False, True, True])
+    assert np.isfinite(found.flip).tolist() == tried.tolist()
+    assert (found.flip[tried] > 0).all()
+    turned = np.cos(found.opposite[tried, 2] - POSES[tried, 2])
+    assert (turned < -0.8).all()
+
+
+def test_nothing_is_gained_where_nothing_stands():
+    image = image_of((), (), 1)
+    found = refine(image, CAMERA, SOLIDS, ("hutch",), POSES[:1], np.zeros(1))
+    assert found.gain[0] < 0.3
+
+
+def test_what_is_out_of_the_image_or_behind_the_camera_is_left_as_it_is():
+    image = image_of((), (), 1)
+    pose = np.array([[5.0, 0.0, 0.1], [0.0, -2.0, 0.2]])
+    found = refine(image, CAMERA, SOLIDS, ("coop", "hutch"), pose, np.full(2, 0.4))
+    np.testing.assert_array_equal(found.pose, pose)
+    np.testing.assert_array_equal(found.seen, 0.0)
