@@ -105,8 +105,9 @@ def vision_train(
 
     need_packages()
     from farm_ar.vision.training.calibrating import calibrate
-    from farm_ar.vision.training.training import Training, train
+    from farm_ar.vision.training.training import Training, check_ending, train
 
+    check_ending(out)
     known = _meshes(meshes)
     training = Training(images=images, seed=seed, threads=threads, workers=workers)
     with progress(f"Training on renders of {', '.join(sorted(known))}") as report:

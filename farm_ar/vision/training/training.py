@@ -103,8 +103,7 @@ def train(
     from farm_ar.vision.training.export import write_model
 
     training = training or Training()
-    if out.suffix != ".onnx":
-        raise OptionError("out", "must end in .onnx", str(out))
+    check_ending(out)
     torch.set_num_threads(training.threads)
     run = _Run(meshes, training)
     checkpoint = out.with_suffix(".checkpoint")
@@ -124,6 +123,16 @@ def train(
     network = run.averaged()
     write_model(network, out, categories_of(meshes))
     return network
+
+
+def check_ending(out: Path) -> None:
+    """See that a network's file ends as it should.
+
+    Raises:
+        OptionError: it does not.
+    """
+    if out.suffix != ".onnx":
+        raise OptionError("out", "must end in .onnx", str(out))
 
 
 def categories_of(meshes: Mapping[str, Mesh]) -> dict[str, list[float]]:
