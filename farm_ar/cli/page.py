@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
-import os
-import sys
 import webbrowser
 from pathlib import Path
 from typing import Annotated
@@ -13,23 +10,19 @@ import typer
 
 app = typer.Typer(no_args_is_help=True, help="The game's page.")
 
-NEEDED = ("fastapi", "uvicorn", "websockets")
-"""Packages of the extra `web`."""
-
 
 def can_show_page() -> bool:
     """Whether there are a display and the packages; says in a line what is missing."""
     from farm_ar.cli.output import print_line
+    from farm_ar.envs.window import has_display, has_packages
 
-    if any(importlib.util.find_spec(name) is None for name in NEEDED):
+    if not has_packages():
         print_line("To play on a page instead: pip install 'farm-ar[web]'")
         return False
-    shown = (
-        sys.platform in ("darwin", "win32") or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
-    )
-    if not shown:
+    if not has_display():
         print_line("There is no display for the page, so type the moves")
-    return bool(shown)
+        return False
+    return True
 
 
 def serve_page(seed: int, reid: str, port: int, open_browser: bool = True) -> None:

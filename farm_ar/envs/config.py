@@ -14,6 +14,7 @@ from farm_ar.envs.generator import JITTERS
 from farm_ar.envs.observations import OBSERVATIONS
 from farm_ar.envs.perceptions import ORACLE_NOISE, check_perception
 from farm_ar.envs.rewards import REWARDS
+from farm_ar.envs.window import has_display, has_packages
 from farm_ar.errors import OptionError, known_name
 from farm_ar.game_logic.farm_game import CARRIES
 from farm_ar.game_logic.headset import FIELDS_OF_VIEW
@@ -50,7 +51,11 @@ STEERING = (10, 20, 30, 60)
 
 GAZES = ("random", "still")
 
-RENDER_MODES = ("rgb_array",)
+
+def render_modes() -> tuple[str, ...]:
+    """The ways to look at an environment here: a page takes a display and the extra `web`."""
+    return ("rgb_array", "human") if has_packages() and has_display() else ("rgb_array",)
+
 
 _AS_EVER = (
     ("session", "off"),
@@ -58,6 +63,7 @@ _AS_EVER = (
     ("steps_per_second", 10),
     ("gaze", "random"),
     ("oracle_noise", "none"),
+    ("render_mode", "human"),
 )
 
 
@@ -98,7 +104,7 @@ class EnvConfig:
         fov: the headset's field of view, one of `FIELDS_OF_VIEW`.
         gaze: whether each visit has a camera of its own, or the first visit's, one of `GAZES`.
         game: whether there are physics, animals and counters.
-        render_mode: one of `RENDER_MODES`, or None.
+        render_mode: one of `render_modes()`, or None.
 
     Raises:
         OptionError: a name is not known, or a number is out of its limits.
@@ -147,8 +153,10 @@ class EnvConfig:
         self._check_name("session", SESSIONS)
         self._check_name("carry", CARRIES)
         self._check_name("gaze", GAZES)
-        expected = "must be rgb_array, through gym.make also rgb_array_list, or None; there is no window"
-        self._check("render_mode", self.render_mode in (None, *RENDER_MODES), expected)
+        modes = render_modes()
+        none = "" if len(modes) > 1 else "; there is no window (it takes a display and the extra web)"
+        expected = f"must be {' or '.join(modes)}, through gym.make also rgb_array_list, or None{none}"
+        self._check("render_mode", self.render_mode in (None, *modes), expected)
         reid_factory(self.reid)
         if self.session == "learn":
             learns = not isinstance(self.reid, str) or self.reid == "adaptive"
@@ -188,7 +196,10 @@ class EnvConfig:
         return self.knowledge == "white-box"
 
     def arguments(self) -> dict[str, Any]:
-        """The arguments, by name, of which an equal one is made, less those that are as they ever were."""
+        """The arguments, by name, of which an equal one is made, less those that are as they ever were.
+
+        A window is not among them: copies and replays have none.
+        """
         values = {field.name: getattr(self, field.name) for field in fields(self)}
         return {name: value for name, value in values.items() if (name, value) not in _AS_EVER}
 

@@ -13,7 +13,7 @@ import gymnasium as gym
 from farm_ar.arrays import BoolArray
 from farm_ar.envs.actions import checked_action
 from farm_ar.envs.budget import Budget, budget_of
-from farm_ar.envs.config import EnvConfig
+from farm_ar.envs.config import EnvConfig, render_modes
 from farm_ar.envs.controls import Control, control_of
 from farm_ar.envs.features import Features
 from farm_ar.envs.generator import Generator, checked_options, scene_of
@@ -21,6 +21,7 @@ from farm_ar.envs.observations import OBSERVATIONS, Left
 from farm_ar.envs.rewards import Reward
 from farm_ar.envs.table import TableView, meeting_order
 from farm_ar.envs.trace import Trace, state_digest
+from farm_ar.envs.window import Window, open_window
 from farm_ar.envs.worlds import World, new_world
 from farm_ar.errors import OptionError
 from farm_ar.game_logic.belief import Sighting
@@ -185,7 +186,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
     | `fov` | `"photo"` | HoloLens 2: 64.7° across and 3 m far, or `"display"`, 43° by 29° and 3 m; the built-in scenes' own fields of view are for other commands |
     | `gaze` | `"random"` | a camera drawn for each visit; or `"still"`, the first visit's for all |
     | `game` | `True` | physics, animals and counters |
-    | `render_mode` | `None` | or `"rgb_array"` |
+    | `render_mode` | `None` | or `"rgb_array"`; or `"human"`: a page in a browser on this machine, with the extra `web` and a display |
 
     ## Info
 
@@ -225,10 +226,12 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         self._masked = isinstance(self.action_space, gym.spaces.MultiDiscrete)
         if config.control == "hand":
             self.metadata = {**self.metadata, "render_fps": config.steps_per_second}
+        self.metadata = {**self.metadata, "render_modes": list(render_modes())}
         self._trace: Trace | None = None
         self._view: TableView | None = None
         self._over = True
         self._frames: Any = None
+        self._window: Window | None = None
         self._mine = (vars(self).keys() | _SET_LATER) - before
 
     def reset(
@@ -256,6 +259,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         self._visits_left, self._accuracy = self._config.visits or math.inf, 1.0
         self._trace, self._over = trace, False
         self._begin_visit()
+        self._show()
         return self._observed(), self._info(0.0, self._reward.nothing())
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
@@ -277,6 +281,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
             self._finish_visit(outcome.sighting)
         effort = outcome.motion.effort(self._diagonal)
         paid = self._reward.paid(self, effort)
+        self._show()
         seen = self._observed()
         return seen, float(sum(paid.values())), self._over, False, self._info(effort, paid)
 
@@ -357,14 +362,20 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         return self._world
 
     def render(self) -> Any:
-        """A picture of now, (H, W, 3) bytes, under `render_mode="rgb_array"`."""
-        if self.render_mode is None:
+        """A picture of now, (H, W, 3) bytes, under `render_mode="rgb_array"`; under "human" a page shows it."""
+        if self.render_mode != "rgb_array":
             return None
         if self._frames is None:
             from farm_ar.drawing.game.frames import GameFrames
 
             self._frames = GameFrames(self._scene)
         return self._frames.frame(self.world.render_state())
+
+    def close(self) -> None:
+        """End the page that shows the environment, if there is one."""
+        if self._window is not None:
+            self._window.close()
+            self._window = None
 
     def trace(self) -> dict[str, Any]:
         """The episode so far as JSON values: what `farm_ar.envs.replay` plays again to the same hash.
@@ -409,6 +420,13 @@ class FarmToTableEnv(gym.Env[Any, Any]):
     def _require_reset(self) -> None:
         if self._trace is None:
             raise gym.error.ResetNeeded("there is nothing to look at before reset()")
+
+    def _show(self) -> None:
+        """Show how things stand, if a person looks."""
+        if self.render_mode == "human":
+            if self._window is None:
+                self._window = open_window(self._scene, self.metadata["render_fps"])
+            self._window.show(self._world.render_state())
 
     def _begin_visit(self) -> None:
         self._budget = budget_of(self._config, self._diagonal)

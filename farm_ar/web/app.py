@@ -150,11 +150,12 @@ def make_web_app(access: Access | None = None, seed: int = 0, reid: str = "spati
         await socket.accept()
         await _attend(table, socket)
 
-    _add_files(app)
+    add_files(app)
     return app
 
 
-def _add_files(app: FastAPI) -> None:
+def add_files(app: FastAPI) -> None:
+    """Serve the page itself, and the models; after all other routes."""
     static, models = files("farm_ar.web") / "static", files("farm_ar.rendering") / "models"
 
     @app.get("/{name}", include_in_schema=False)

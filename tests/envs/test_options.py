@@ -65,7 +65,7 @@ ARGUMENTS = [
     ("head_noise_deg", -3.0, "a number not below 0"),
     ("animals_a_second", -1.0, "a number not below 0"),
     ("game", "yes", "True or False"),
-    ("render_mode", "human", "rgb_array, through gym.make also rgb_array_list, or None; there is no window"),
+    ("render_mode", "ansi", "through gym.make also rgb_array_list, or None"),
 ]
 
 

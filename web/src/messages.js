@@ -6,7 +6,7 @@
  * @typedef {{label: string, category: string, size: [number, number, number], fixed: boolean}} Thing
  * @typedef {{kind: "hello", seed: number, reid: string, jitter: string, beside: string | null, gaze: string,
  *   gazes: string[], methods: string[], width: number,
- *   depth: number, objects: Thing[], game: string, role: "player" | "viewer"}} Hello
+ *   depth: number, objects: Thing[], game: string, role: "player" | "viewer" | "watcher"}} Hello
  * @typedef {{x: number, z: number, height: number, yaw: number, pitch: number, left: number, right: number,
  *   range: number}} Headset
  * @typedef {{kind: "state", step: number, phase: "play" | "hand", objects: [number, number, number][],

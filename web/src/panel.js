@@ -44,7 +44,9 @@ export class Panel {
     choose("method", hello.methods, hello.reid);
     choose("gaze", hello.gazes, hello.gaze);
     choose("beside", ["", ...hello.methods], hello.beside ?? "");
-    part("role").textContent = hello.role === "viewer" ? "You watch: somebody else plays this game." : "";
+    const said = { player: "", viewer: "You watch: somebody else plays this game.", watcher: "An environment, as it is played." };
+    part("role").textContent = said[hello.role];
+    if (hello.role === "watcher") document.documentElement.dataset.alone = "";
     /** @type {HTMLInputElement} */ (part("seed")).value = String(hello.seed);
   }
 
