@@ -11,9 +11,21 @@ import typer
 from farm_ar.cli.options import Seed, check_file, make_folder, whole, writing
 
 if TYPE_CHECKING:
+    from farm_ar.service.images import Eye
     from farm_ar.service.network import Certificate
 
 PORT = 8765
+
+Meshes = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FOLDER", help="Take images, too, and find these: a mesh named after each category."
+    ),
+]
+Estimator = Annotated[
+    str,
+    typer.Option(metavar="NAME", help="With --meshes, finds poses: network, or module:Class of your own."),
+]
 
 
 def serve(
@@ -46,6 +58,8 @@ def serve(
         list[str] | None,
         typer.Option(metavar="ORIGIN", help="Pages that may ask, as https://app.example; may be repeated."),
     ] = None,
+    meshes: Meshes = None,
+    estimator: Estimator = "network",
     record: Annotated[
         Path | None,
         typer.Option(metavar="DIR", help="Keep what is asked and answered, for serve-replay."),
@@ -73,7 +87,8 @@ def serve(
         make_folder("--record", record)
     at = listening("0.0.0.0" if lan else "127.0.0.1", port)
     store = Store(folder / "sessions.sqlite")
-    service = Service(store, recorder=None if record is None else Recorder(record))
+    recorder = None if record is None else Recorder(record)
+    service = Service(store, recorder=recorder, eye=_eye(meshes, estimator))
     with progress("Loading the methods"):
         warm_up()
     scheme, port = "http" if tls is None else "https", at.getsockname()[1]
@@ -98,6 +113,8 @@ def serve(
 
 def serve_replay(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="What serve --record has written.")],
+    meshes: Meshes = None,
+    estimator: Estimator = "network",
 ) -> None:
     """Play the requests of a recording again; the exit code is 1 if an answer differs."""
     from farm_ar.cli.output import print_line
@@ -105,7 +122,7 @@ def serve_replay(
 
     number = 0
     different = 0
-    for played in replay(folder):
+    for played in replay(folder, _eye(meshes, estimator)):
         number += 1
         if played.difference is not None:
             different += 1
@@ -137,6 +154,13 @@ def conformance_vectors(
     with writing("--out", out):
         write_text(out, f'{{"version": {VERSION}, "vectors": [\n{whole_text}\n]}}\n')
     print_line(f"Wrote {number} snapshots with answers to {out}")
+
+
+def _eye(meshes: Path | None, estimator: str) -> Eye | None:
+    """What finds things in images, if it was asked for."""
+    from farm_ar.service.images import Eye
+
+    return None if meshes is None else Eye.of(meshes, estimator)
 
 
 def _state_folder() -> Path:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncGenerator, AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from importlib.resources import files
 
@@ -14,6 +14,7 @@ from farm_ar.scenes import WORLD_FRAMES
 from farm_ar.service.access import Access
 from farm_ar.service.refusals import (
     BUSY,
+    NO_JSON,
     TOO_LARGE,
     TOO_MANY,
     TOO_SLOW,
@@ -23,12 +24,14 @@ from farm_ar.service.refusals import (
     values_of,
 )
 from farm_ar.service.schemas import REFUSED, bodies, path_of, replies
-from farm_ar.service.service import Answer, Service
+from farm_ar.service.service import SEPARATOR, Answer, Service
 from farm_ar.service.traffic import Traffic
 
 try:
     from fastapi import FastAPI, Request, Response, WebSocket, WebSocketDisconnect
     from fastapi.middleware.cors import CORSMiddleware
+    from starlette.datastructures import UploadFile
+    from starlette.formparsers import MultiPartException, MultiPartParser
 except ImportError:
     raise missing_package("fastapi") from None
 
@@ -121,9 +124,16 @@ def _add_sessions(app: FastAPI, traffic: Traffic, access: Access) -> None:
                 answer = Answer(getattr(problem, "status", WRONG), json.dumps(values_of(problem)).encode())
             again = {"Retry-After": "1"} if answer.status in (TOO_MANY, BUSY) else {}
             ended = {"Connection": "close"} if answer.status in (TOO_LARGE, TOO_SLOW) else {}
-            return Response(answer.body, answer.status, {**again, **ended}, "application/json")
+            return Response(answer.body, answer.status, {**again, **ended}, answer.kind)
 
         return route
+
+    async def look(request: Request) -> Answer:
+        if not request.headers.get("content-type", "").startswith("multipart/form-data"):
+            return await asking("snapshots")(request)
+        body = await body_of(request, limits.most_image_bytes, limits.body_s)
+        camera, image = await _parts(request, body)
+        return await traffic.ask(request.path_params["name"], "image", camera + SEPARATOR + image)
 
     def asking(action: str) -> Handler:
         async def ask(request: Request) -> Answer:
@@ -136,6 +146,9 @@ def _add_sessions(app: FastAPI, traffic: Traffic, access: Access) -> None:
         return await traffic.state(
             request.path_params["name"], _frame(request.query_params.get("frame", "unity"))
         )
+
+    async def image(request: Request) -> Answer:
+        return Answer(200, traffic.service.image(request.path_params["name"]), kind="image/*")
 
     async def sessions(request: Request) -> Answer:
         return Answer(200, json.dumps({"sessions": traffic.service.names}).encode())
@@ -159,9 +172,11 @@ def _add_sessions(app: FastAPI, traffic: Traffic, access: Access) -> None:
     one = "/v1/sessions/{name}"
     add("GET", "/v1/sessions", sessions, "sessions")
     add("PUT", f"{one}/layout", asking("layout"), "layout")
-    for action in ("snapshots", "align", "confirm", "undo"):
+    add("POST", f"{one}/snapshots", look, "snapshots")
+    for action in ("align", "confirm", "undo"):
         add("POST", f"{one}/{action}", asking(action), action)
     add("GET", f"{one}/state", state, "state")
+    add("GET", f"{one}/image", image, "image")
     add("DELETE", one, asking("delete"), "delete")
 
 
@@ -221,6 +236,34 @@ async def body_of(request: Request, most: int, seconds: float) -> bytes:
     except TimeoutError:
         raise RefusedError(TOO_SLOW, "body", f"must arrive within {seconds:g} s", f"{size} bytes") from None
     return b"".join(parts)
+
+
+async def _parts(request: Request, body: bytes) -> tuple[bytes, bytes]:
+    """The camera and the image of a body in parts.
+
+    Raises:
+        RefusedError: it has others, or is no such body.
+    """
+
+    async def stream() -> AsyncGenerator[bytes, None]:
+        yield body
+
+    parts = []
+    try:
+        parser = MultiPartParser(
+            request.headers, stream(), max_files=2, max_fields=2, max_part_size=len(body)
+        )
+        form = await parser.parse()
+        for name in ("camera", "image"):
+            part = form.get(name)
+            parts.append(await part.read() if isinstance(part, UploadFile) else (part or "").encode())
+        await form.close()
+    except (MultiPartException, ValueError, KeyError) as problem:
+        raise RefusedError(NO_JSON, "body", "must be multipart/form-data", str(problem)) from None
+    if not all(parts) or SEPARATOR in parts[0]:
+        expected = "must have the parts camera, JSON, and image, PNG or JPEG"
+        raise RefusedError(WRONG, "body", expected, [len(part) for part in parts])
+    return parts[0], parts[1]
 
 
 def _frame(name: str) -> str:

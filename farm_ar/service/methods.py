@@ -29,6 +29,9 @@ from farm_ar.scenes.documents import Either, Flag, Kind, MismatchError, Number, 
 DEFAULT = "adaptive"
 """The method of a session that names none."""
 
+IN_SPACE = ("spatial-3d",)
+"""Methods that compare rotations in space, not headings alone."""
+
 _MIN_CONFIDENCE = Number(SHARE, default=0.0, about="A label less probable than this is not given.")
 _CONFUSION = Number(SHARE, default=0.0, about="How often a detected category is wrong; below 1.")
 _OCCLUSION = Flag(default=True, about="Whether what stands behind a detection is out of view.")

@@ -12,6 +12,7 @@ from farm_ar.errors import OptionError, SessionError
 from farm_ar.scenes.files import json_in
 
 if TYPE_CHECKING:
+    from farm_ar.service.images import Eye
     from farm_ar.service.served import Served
     from farm_ar.service.service import Answer
 
@@ -56,10 +57,14 @@ class Played(NamedTuple):
     difference: str | None
 
 
-def replay(folder: str | os.PathLike[str]) -> Iterator[Played]:
+def replay(folder: str | os.PathLike[str], eye: Eye | None = None) -> Iterator[Played]:
     """Play the recordings in a folder again, and compare each answer with what was answered then.
 
     All but the times must be the same, byte for byte.
+
+    Args:
+        folder: of the recordings.
+        eye: finds things in images, where there are any.
 
     Raises:
         OptionError: there are none.
@@ -72,14 +77,14 @@ def replay(folder: str | os.PathLike[str]) -> Iterator[Played]:
     if not files:
         raise OptionError("folder", "must be one that serve --record has written", str(folder))
     for path in files:
-        service, name, number = Service(Store(None)), "", 0
+        service, name, number = Service(Store(None), eye=eye), "", 0
         for k, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
             entry = _entry(line, f"{path.name}: line {k}")
             if "session" in entry:  # a recording that goes on where the service was started anew
-                service, name, number = Service(Store(None)), entry["session"], 0
+                service, name, number = Service(Store(None), eye=eye), entry["session"], 0
                 if entry["began"] is not None:
                     service.store.write(name, entry["began"])
-                    service = Service(service.store)
+                    service = Service(service.store, eye=eye)
                 continue
             number += 1
             then = Answer(entry["status"], entry["answer"].encode())

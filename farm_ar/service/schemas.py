@@ -5,7 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 from farm_ar.scenes import WORLD_FRAMES
-from farm_ar.service.wire import CONFIRM, SESSION_NAME, UNDO, align_schema, layout_schema, snapshot_schema
+from farm_ar.service.wire import (
+    CONFIRM,
+    SESSION_NAME,
+    UNDO,
+    align_schema,
+    image_schema,
+    layout_schema,
+    snapshot_schema,
+)
 
 Values = dict[str, Any]
 
@@ -26,6 +34,7 @@ _WORDS = {
     "confirm": ("Confirm the labels of the last snapshot", "With corrections; it becomes the layout."),
     "undo": ("Take back the last decision", "An alignment or a confirmation; again for the one before."),
     "state": ("All that is known", "The layout, what is lost, the last answer, and what was decided."),
+    "image": ("The last image", "As it came, to be looked at."),
     "delete": ("Forget a session", "And all that was stored of it."),
 }
 
@@ -54,7 +63,9 @@ def bodies(name: str) -> Values:
         "undo": UNDO.top.schema,
     }
     if name in taken:
-        content = {"application/json": {"schema": taken[name]()}}
+        content: Values = {"application/json": {"schema": taken[name]()}}
+        if name == "snapshots":
+            content["multipart/form-data"] = {"schema": image_schema()}
         extra["requestBody"] = {"required": True, "content": content}
     return extra
 
@@ -126,6 +137,7 @@ _REPLIES: dict[str, Values] = {
         last=_or_null({"type": "object"}),
         view=_or_null({"type": "object"}),
         history=_list({"type": "object"}),
+        image=_FLAG,
     ),
     "delete": _object(session=_TEXT, deleted=_FLAG),
 }
@@ -152,6 +164,8 @@ REFUSED: dict[int | str, Values] = {
 
 def replies(name: str) -> dict[int | str, Values]:
     """The answers of a request that is not refused."""
+    if name == "image":
+        return {200: {"description": "The image", "content": {"image/*": {}}}}
     content = {"application/json": {"schema": _REPLIES[name]}}
     done: dict[int | str, Values] = {200: {"description": "Done", "content": content}}
     return done | ({201: {"description": "Begun", "content": content}} if name == "layout" else {})

@@ -14,11 +14,12 @@ import numpy as np
 from farm_ar.errors import SessionError
 from farm_ar.reid import Identification
 from farm_ar.reid.fusion import objects_of
+from farm_ar.reid.plausibility import some
 from farm_ar.reid.session import Session
 from farm_ar.scenes import Detections, Snapshot, visible
 from farm_ar.scenes.files import degrees, json_values
 from farm_ar.service.limits import ServiceLimits
-from farm_ar.service.methods import check_size, method_of
+from farm_ar.service.methods import IN_SPACE, check_size, method_of
 from farm_ar.service.refusals import STALE, RefusedError
 from farm_ar.service.wire import (
     CONFIRM,
@@ -27,7 +28,6 @@ from farm_ar.service.wire import (
     SnapshotBody,
     pose_in,
     read_align,
-    read_snapshots,
 )
 
 ALTERNATIVES, LEAST_ALTERNATIVE = 3, 1e-3
@@ -94,10 +94,14 @@ class Served:
             "session": self.session.to_dict(),
         }
 
-    def look(self, data: Values, body: bytes, limits: ServiceLimits) -> tuple[Served, Values]:
-        """Identify one snapshot, or several together; the answer, and the session after it."""
+    def look(self, asked: SnapshotBody, body: bytes) -> tuple[Served, Values]:
+        """Identify one snapshot, or several together; the answer, and the session after it.
+
+        Args:
+            asked: what was seen.
+            body: in which it came, for the snapshot's name.
+        """
         begun = perf_counter()
-        asked = read_snapshots(data, limits)
         snapshot, parts, broken = _together(asked)
         check_size(self.method, len(self.session.scene.layout), len(snapshot.detections))
         session = copy(self.session)
@@ -109,7 +113,7 @@ class Served:
             "detections": _answers(snapshot.detections, found),
             "missing": _missing(session, asked.snapshots, found),
             "new": _new(snapshot.detections, found),
-            "warnings": [*asked.warnings, *found.warnings],
+            "warnings": [*(() if self.method in IN_SPACE else asked.tilts), *found.warnings],
         }
         for one, seen in zip(reply["detections"], parts, strict=False):
             one["seen"] = seen
@@ -273,7 +277,7 @@ def _together(asked: SnapshotBody) -> tuple[Snapshot, list[list[Values]], list[t
         of several; and the answers to those with a broken pose, with their places.
     """
     sound = [np.isfinite(one.detections.position).all(axis=1) for one in asked.snapshots]
-    kept = [_some(one, np.flatnonzero(good)) for one, good in zip(asked.snapshots, sound, strict=True)]
+    kept = [some(one, np.flatnonzero(good)) for one, good in zip(asked.snapshots, sound, strict=True)]
     broken = [
         (i, _broken(one.detections, i) | ({"seen": [_seen(k, one, i)]} if len(kept) > 1 else {}))
         for k, (one, good) in enumerate(zip(asked.snapshots, sound, strict=True))
@@ -301,15 +305,6 @@ def _broken(seen: Detections, i: int) -> Values:
     unknown = dict.fromkeys(("confidence", "margin", "cost"))
     name = {"detection": seen.ids[i], "track_id": seen.track_id[i], "id": None, "reason": BROKEN}
     return {**name, **unknown, "alternatives": []}
-
-
-def _some(snapshot: Snapshot, index: Any) -> Snapshot:
-    seen = snapshot.detections
-    values = {
-        name: tuple(value[i] for i in index) if isinstance(value, tuple) else value[index]
-        for name, value in vars(seen).items()
-    }
-    return replace(snapshot, detections=Detections.trusted(**values))
 
 
 def _answers(seen: Detections, found: Identification) -> list[Values]:

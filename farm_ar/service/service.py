@@ -8,25 +8,32 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from farm_ar.errors import InputError
+from farm_ar.service.images import Eye
 from farm_ar.service.limits import ServiceLimits
 from farm_ar.service.recording import Recorder
 from farm_ar.service.refusals import STALE, TOO_MANY, UNKNOWN_SESSION, WRONG, RefusedError, values_of
 from farm_ar.service.served import Served
 from farm_ar.service.store import Store
-from farm_ar.service.wire import SESSION_NAME, parsed, read_layout
+from farm_ar.service.wire import SESSION_NAME, SnapshotBody, parsed, read_layout, read_snapshots
 
 Values = dict[str, Any]
 
-ACTIONS = ("layout", "snapshots", "align", "confirm", "undo", "delete")
+ACTIONS = ("layout", "snapshots", "image", "align", "confirm", "undo", "delete")
 """What can be done to a session."""
+
+SEPARATOR = b"\x00"
+"""Between the camera and the image in the body of the action `image`; no JSON has it."""
+
+MOST_IMAGES = 8
+"""Sessions of which the last image is kept, to be looked at."""
 
 
 class Answer(NamedTuple):
-    """What a request is answered: an HTTP status and JSON, and whether listeners are to be told."""
+    """What a request is answered: an HTTP status, and a body of some kind."""
 
     status: int
     body: bytes
-    looked: bool = False
+    kind: str = "application/json"
 
 
 @dataclass
@@ -37,11 +44,14 @@ class Service:
         store: where sessions are kept.
         limits: what is taken at most.
         recorder: keeps what was asked and answered; None for none.
+        eye: finds things in images; None where images are not taken.
     """
 
     store: Store
     limits: ServiceLimits = field(default_factory=ServiceLimits)
     recorder: Recorder | None = None
+    eye: Eye | None = None
+    _images: dict[str, bytes] = field(default_factory=dict)
     _open: dict[str, Served] = field(default_factory=dict)
     _names: set[str] = field(default_factory=set)
 
@@ -72,7 +82,7 @@ class Service:
         Args:
             name: of the session.
             action: one of `ACTIONS`.
-            body: of the request, JSON.
+            body: of the request, JSON; with an image as `_seen_in` says.
         """
         before = self.session(name) if self.recorder and name in self._names else None
         answer = answered(lambda: self._do(name, action, body))
@@ -82,7 +92,17 @@ class Service:
 
     def state(self, name: str, frame: str) -> Answer:
         """All that is known of a session, in a frame."""
-        return answered(lambda: (200, self.session(name).state(frame)))
+        return answered(lambda: (200, self.session(name).state(frame) | {"image": name in self._images}))
+
+    def image(self, name: str) -> bytes:
+        """The last image of a session.
+
+        Raises:
+            RefusedError: there is none.
+        """
+        if name not in self._images:
+            raise RefusedError(UNKNOWN_SESSION, "image", "must have come with the last snapshot", name)
+        return self._images[name]
 
     def _do(self, name: str, action: str, body: bytes) -> tuple[int, Values]:
         if not SESSION_NAME.fullmatch(name):
@@ -95,18 +115,36 @@ class Service:
             self.store.delete(name)
             self._names.discard(name)
             self._open.pop(name, None)
+            self._images.pop(name, None)
             return 200, {"session": name, "deleted": True}
-        data = parsed(body)
-        if action == "snapshots":
-            after, reply = served.look(data, body, self.limits)
-        elif action == "align":
-            after, reply = served.align(data, self.limits)
+        if action == "image":
+            after, reply = served.look(self._seen_in(served, body), body)
+            self._images[name] = body.partition(SEPARATOR)[2]
+            if len(self._images) > MOST_IMAGES:
+                del self._images[next(iter(self._images))]
         else:
-            after, reply = served.confirm(data) if action == "confirm" else served.undo(data)
+            after, reply = self._asked(served, action, body)
         if after.revision != served.revision:
             self.store.write(name, after.row())
         self._open[name] = after
         return 200, reply
+
+    def _asked(self, served: Served, action: str, body: bytes) -> tuple[Served, Values]:
+        data = parsed(body)
+        if action == "snapshots":
+            self._images.pop(served.name, None)
+            return served.look(read_snapshots(data, self.limits), body)
+        if action == "align":
+            return served.align(data, self.limits)
+        return served.confirm(data) if action == "confirm" else served.undo(data)
+
+    def _seen_in(self, served: Served, body: bytes) -> SnapshotBody:
+        """What an image shows: the body is its camera as JSON, `SEPARATOR`, and the image."""
+        if self.eye is None:
+            expected = "must not be given: the service was started without --meshes"
+            raise RefusedError(WRONG, "image", expected, "an image")
+        camera, _, image = body.partition(SEPARATOR)
+        return self.eye.look(parsed(camera), image, served.session.scene, self.limits)
 
     def _begin(self, name: str, body: bytes) -> tuple[int, Values]:
         given = read_layout(parsed(body), self.limits)
@@ -147,4 +185,4 @@ def answered(do: Callable[[], tuple[int, Mapping[str, Any]]]) -> Answer:
     except InputError as problem:
         status, values = WRONG, values_of(problem)
     body = json.dumps(values, allow_nan=False, separators=(",", ":"), ensure_ascii=False)
-    return Answer(status, body.encode("utf-8", "replace"), status < 300 and "detections" in values)
+    return Answer(status, body.encode("utf-8", "replace"))

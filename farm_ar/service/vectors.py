@@ -12,6 +12,7 @@ from farm_ar.arrays import FloatArray
 from farm_ar.geometry import convert_pose, pose_matrix
 from farm_ar.reid import SpatialReid
 from farm_ar.reid.place import stacked
+from farm_ar.reid.plausibility import some
 from farm_ar.scenes import UNITS, WORLD_FRAMES, Scene, Snapshot
 from farm_ar.scenes.json_files import scene_from_dict, snapshot_from_dict
 from farm_ar.scenes.snapshot import Detections
@@ -71,12 +72,9 @@ def _answer(scene: Scene, snapshot: Snapshot) -> Values | None:
     if not layout.names_categories:
         category = (None,) * len(seen)
     kept = [i for i, name in enumerate(category) if name is None or name in layout.categories]
-    values = {
-        name: tuple(value[i] for i in kept) if isinstance(value, tuple) else value[kept]
-        for name, value in vars(seen).items()
-    }
-    values["category"] = tuple(category[i] for i in kept)
-    found = SpatialReid(scene).identify(Snapshot(snapshot.camera, Detections.trusted(**values)))
+    known = Detections.trusted(**vars(seen) | {"category": category})
+    asked = some(Snapshot(snapshot.camera, known), np.array(kept, dtype=np.int64))
+    found = SpatialReid(scene).identify(asked)
     margins = [float(margin) for margin, label in zip(found.margin, found.labels, strict=True) if label]
     if any(margin < LEAST_MARGIN for margin in margins):
         return None

@@ -11,7 +11,7 @@ import numpy as np
 from farm_ar.arrays import SHARE, FloatArray
 from farm_ar.errors import OptionError, SceneError, SnapshotError
 from farm_ar.scenes import WORLD_FRAMES, Scene, Snapshot, scene_from_dict, snapshot_from_dict
-from farm_ar.scenes.declarations import SCENE, SNAPSHOT
+from farm_ar.scenes.declarations import CAMERA, SCENE, SNAPSHOT
 from farm_ar.scenes.documents import (
     NEEDED,
     Document,
@@ -74,11 +74,11 @@ class LayoutBody(NamedTuple):
 
 
 class SnapshotBody(NamedTuple):
-    """Snapshots to be identified together, mostly one; their frame, and what is to be said of them."""
+    """Snapshots to be identified together, mostly one; their frame, and what to say of tilted things."""
 
     snapshots: tuple[Snapshot, ...]
     frame: str
-    warnings: tuple[str, ...]
+    tilts: tuple[str, ...]
 
 
 class AlignBody(NamedTuple):
@@ -144,7 +144,7 @@ def read_snapshots(data: dict[str, Any], limits: ServiceLimits) -> SnapshotBody:
     if not isinstance(every, list) or not every or len(data) > 1:
         raise SnapshotError("snapshots", "must be a list of at least one snapshot, and nothing else", every)
     _check_count(every, limits.most_fused, "snapshots")
-    read, warnings, frames = list[Snapshot](), list[str](), set[str]()
+    read, tilts, frames = list[Snapshot](), list[str](), set[str]()
     total = 0
     for k, one in enumerate(every):
         place = f"snapshots[{k}]"
@@ -155,10 +155,10 @@ def read_snapshots(data: dict[str, Any], limits: ServiceLimits) -> SnapshotBody:
         if total > limits.most_detections:
             _check_count([0] * total, limits.most_detections, "snapshots, all detections")
         read.append(_read_snapshot(one, f"{place}."))
-        warnings += _tilts(one, f"{place}.")
+        tilts += _tilts(one, f"{place}.")
     if len(frames) > 1:
         raise SnapshotError("snapshots", "must all be in one frame", sorted(frames))
-    return SnapshotBody(tuple(read), frames.pop(), tuple(warnings))
+    return SnapshotBody(tuple(read), frames.pop(), tuple(tilts))
 
 
 def read_align(data: dict[str, Any], limits: ServiceLimits) -> AlignBody:
@@ -221,6 +221,19 @@ def snapshot_schema() -> dict[str, Any]:
         "description": "Several snapshots between which nothing moved, to be fused.",
     }
     return {"anyOf": [_framed(SNAPSHOT), many]}
+
+
+def image_schema() -> dict[str, Any]:
+    """The JSON Schema of a body with an image."""
+    camera = _framed(CAMERA)
+    camera["properties"]["timestamp"] = {"type": "number", "description": "Seconds from any moment."}
+    image = {"type": "string", "format": "binary", "description": "PNG or JPEG."}
+    return {
+        "type": "object",
+        "required": ["camera", "image"],
+        "properties": {"camera": camera, "image": image},
+        "description": "An image and its camera, where the service was started with --meshes.",
+    }
 
 
 def align_schema() -> dict[str, Any]:

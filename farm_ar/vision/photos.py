@@ -68,26 +68,34 @@ def read_image(path: str | os.PathLike[str]) -> Image:
     Raises:
         SnapshotError: it cannot be read, is neither, or has more than `MOST_PIXELS`.
     """
+    return decoded_image(read_bytes(path, SnapshotError), Path(path).name)
+
+
+def decoded_image(data: bytes, source: str | None = None, most_pixels: int = MOST_PIXELS) -> Image:
+    """An image from the bytes of a PNG or JPEG file, turned as its EXIF data say.
+
+    Raises:
+        SnapshotError: it cannot be read, is neither, or has too many pixels.
+    """
     from io import BytesIO
 
     from PIL import Image as Pillow
     from PIL import ImageOps
 
-    source, data = Path(path).name, read_bytes(path, SnapshotError)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of what is looked at here
             with Pillow.open(BytesIO(data), formats=IMAGE_FORMATS) as opened:
                 width, height = opened.size
-                if width * height > MOST_PIXELS:
+                if width * height > most_pixels:
                     raise SnapshotError(
-                        "image", f"must have at most {MOST_PIXELS} pixels", f"{width} x {height}", source
+                        "image", f"must have at most {most_pixels} pixels", f"{width} x {height}", source
                     )
                 pixels = ImageOps.exif_transpose(opened).convert("RGB")
     except SnapshotError:
         raise
     except Pillow.DecompressionBombError:
-        raise SnapshotError("image", f"must have at most {MOST_PIXELS} pixels", "many more", source) from None
+        raise SnapshotError("image", f"must have at most {most_pixels} pixels", "many more", source) from None
     except Exception as problem:  # Pillow's decoders raise whatever they do
         reason = " ".join(str(problem).split()) or type(problem).__name__
         raise SnapshotError("image", "must be a PNG or JPEG file that can be read", reason, source) from None

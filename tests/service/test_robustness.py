@@ -235,6 +235,9 @@ def killed_at(path: Path, rng: np.random.Generator, known: int) -> int:
 def check_kills(path: Path, moments: int) -> None:
     asked = served_anew(path)
     asked.good("layout", layout_body(lab(), method="spatial"))
+    asked.good(
+        "snapshots", snapshot_body(seen_in(lab()))
+    )  # compiles what those that are killed would have to
     asked.service.store.close()
     rng, revision = np.random.default_rng(0), 1
     for _ in range(moments):

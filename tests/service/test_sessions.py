@@ -191,6 +191,9 @@ def test_a_tilt_beyond_five_degrees_is_reported(asked: Asked, tilt: float, said:
         lean[axis], lean[3] = np.sin(half), np.cos(half)
         del one["detections"][0]["yaw_deg"]
         one["detections"][0]["quaternion"] = lean.tolist()
+        asked.good("layout", layout_body(scene, method="spatial-3d"), "in-space")
+        assert not any("tilted" in text for text in asked.good("snapshots", one, "in-space")["warnings"])
+        asked.good("delete", b"", "in-space")
         warnings = [text for text in asked.good("snapshots", one)["warnings"] if "tilted" in text]
         assert warnings == (
             ["detections d0: tilted by up to 6°, of which only the heading counts"] if said else []
