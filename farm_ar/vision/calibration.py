@@ -59,8 +59,8 @@ class Evidence:
     def for_flip(self) -> FloatArray:
         """(N, 3) from which it is told whether the heading is the opposite."""
         share = np.clip(self.flipped, 0.002, 0.5)
-        worse = np.nan_to_num(self.flip)
-        return np.column_stack([np.ones(len(share)), np.log(share / (1 - share)), np.clip(worse, -0.5, 0.5)])
+        worse = np.arcsinh(2 * np.nan_to_num(self.flip))
+        return np.column_stack([np.ones(len(share)), np.log(share / (1 - share)), worse])
 
     def for_spread(self) -> FloatArray:
         """(N, 7) from which it is told how large errors are."""

@@ -18,10 +18,13 @@ from farm_ar.vision.calibration import Calibration, Evidence
 from farm_ar.vision.camera_refinement import Landmarks, refine_camera
 from farm_ar.vision.canonical import azimuth, canonical_image, canonical_view, on_plane
 from farm_ar.vision.network import SHIPPED, PoseNetwork, network_of
-from farm_ar.vision.refinement import MOST_FACES, Refined, Solid, refine
+from farm_ar.vision.refinement import MOST_FACES, Guesses, Refined, Solid, refine
 
-LEAST_HEAT = 0.12
+LEAST_HEAT = 0.18
 """What the network is less sure of is not looked at."""
+
+SURE_HEAT = 0.35
+"""Of what hides other things."""
 
 FARTHEST_SIZES = 40.0
 """What is farther away than so many of its sizes is not looked at."""
@@ -63,7 +66,7 @@ class NetworkEstimator(PoseEstimator):
         refined = None
         if self._refined and len(found) and all(len(meshes[name]) <= MOST_FACES for name in found.category):
             solids = {name: self._solid(name, meshes[name]) for name in set(found.category)}
-            refined = refine(image, camera, solids, found.category, found.pose, found.flipped)
+            refined = refine(image, camera, solids, guesses_of(found, meshes))
         evidence = evidence_of(found, refined, camera)
         calibration = Calibration.of(network.calibration, refined is not None)
         return _estimates(found, refined, evidence, calibration, camera, meshes, self._least)
@@ -77,7 +80,7 @@ class NetworkEstimator(PoseEstimator):
 
 def _instances(found: Found, meshes: Mapping[str, Mesh]) -> list[Instance]:
     """Things where the network has them."""
-    sure = found.heat > 0.3
+    sure = found.heat > SURE_HEAT
     return [
         Instance(meshes[name], np.array([x, 0.0, z]), yaw)
         for name, (x, z, yaw), here in zip(found.category, found.pose.tolist(), sure, strict=True)
@@ -145,6 +148,13 @@ def _apart(found: Found, network: PoseNetwork) -> BoolArray:
     return kept
 
 
+def guesses_of(found: Found, meshes: Mapping[str, Mesh]) -> Guesses:
+    """What refinement starts from."""
+    largest = np.array([float(size_of(meshes[name]).max()) for name in found.category])
+    reach = np.clip(2.5 * found.spread[:, 0], 0.04 * largest, 0.4 * largest)
+    return Guesses(found.category, found.pose, found.flipped, reach, found.heat > SURE_HEAT)
+
+
 def evidence_of(found: Found, refined: Refined | None, camera: View) -> Evidence:
     """What is known of each thing beside its pose."""
     away = np.linalg.norm(found.pose[:, :2] - camera.eye[[0, 2]], axis=1)
@@ -191,7 +201,7 @@ def _estimates(
     return PoseEstimates(
         detections,
         covariance[kept],
-        evidence.visible[kept],
+        np.minimum(evidence.visible, evidence.seen)[kept],
         np.where(rival, wrap(opposite[kept, 2]), np.nan),
         np.where(rival, flipped[kept], np.nan),
     )

@@ -8,14 +8,14 @@ competition, Zhu and Yuille 1996).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 
-from farm_ar.arrays import FloatArray, IntArray
+from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.kernels import compiled
 from farm_ar.rendering import Mesh, View
 from farm_ar.rendering.kernels import Faces, Lens, Nearness, rasterise
@@ -103,36 +103,48 @@ class Refined:
     opposite: FloatArray
 
 
-def refine(
-    image: Image,
-    camera: View,
-    solids: Mapping[str, Solid],
-    category: Sequence[str],
-    pose: FloatArray,
-    flipped: FloatArray,
-) -> Refined:
+@dataclass(frozen=True, eq=False)
+class Guesses:
+    """Where N things may stand.
+
+    Args:
+        category: of each.
+        pose: (N, 3) x, z and yaw, metres and radians.
+        flipped: (N,) probability that a heading is the opposite; from `TRIED` on both are tried.
+        reach: (N,) how far off a place may be, metres.
+        sure: (N,) whether there is such a thing, probably; what is not hides nothing.
+    """
+
+    category: tuple[str, ...]
+    pose: FloatArray
+    flipped: FloatArray
+    reach: FloatArray
+    sure: BoolArray
+
+
+def refine(image: Image, camera: View, solids: Mapping[str, Solid], guesses: Guesses) -> Refined:
     """Refine the poses of things that an image shows.
 
     Args:
         image: (H, W, 3).
         camera: its camera.
         solids: of each category.
-        category: of the N things.
-        pose: (N, 3) x, z and yaw of each, about right.
-        flipped: (N,) probability that a heading is the opposite; from `TRIED` on both are tried.
+        guesses: where N things may stand.
     """
-    stage = _Stage(image, camera, [solids[name] for name in category], np.array(pose, dtype=np.float64))
-    count = len(pose)
+    stage = _Stage(image, camera, [solids[name] for name in guesses.category], guesses)
+    count = len(guesses.pose)
     opposite, flip = np.full((count, 3), np.nan), np.full(count, np.nan)
-    away = np.linalg.norm(pose[:, :2] - camera.eye[[0, 2]], axis=1)
+    away = np.linalg.norm(guesses.pose[:, :2] - camera.eye[[0, 2]], axis=1)
     order = np.argsort(away, kind="stable").tolist()
     for k in order:
+        stage.seek(k)
         stage.refine(k, _FIRST_STEP, 5)
     for k in order:
         before = stage.refine(k, _SECOND_STEP, 4)
-        if flipped[k] >= TRIED:
+        if guesses.flipped[k] >= TRIED:
             kept = stage.pose[k].copy()
             stage.pose[k, 2] += np.pi
+            stage.seek(k)
             after = stage.refine(k, _FIRST_STEP, 6)
             opposite[k], stage.pose[k] = stage.pose[k], kept
             flip[k] = (after - before) / max(stage.pixels(k), 1)
@@ -142,6 +154,7 @@ def refine(
 
 
 TRIED = 0.02
+_STARTS = 3
 _FIRST_STEP, _SECOND_STEP = np.array([0.04, 0.04, 0.07]), np.array([0.01, 0.01, 0.02])
 """Shares of a thing's largest side, and radians."""
 
@@ -149,7 +162,7 @@ _FIRST_STEP, _SECOND_STEP = np.array([0.04, 0.04, 0.07]), np.array([0.01, 0.01, 
 class _Stage:
     """The image, and where things are thought to stand."""
 
-    def __init__(self, image: Image, camera: View, solids: list[Solid], pose: FloatArray) -> None:
+    def __init__(self, image: Image, camera: View, solids: list[Solid], guesses: Guesses) -> None:
         fewer = max(1, int(camera.intrinsics.width // 640))
         if fewer > 1:
             lens = camera.intrinsics.resized(
@@ -159,9 +172,24 @@ class _Stage:
                 cv2.resize(image, (lens.width, lens.height), interpolation=cv2.INTER_AREA), np.uint8
             )
             camera = View(lens, camera.eye, camera.yaw, camera.pitch, camera.roll)
-        self.camera, self.solids, self.pose = camera, solids, pose
+        self.camera, self.solids, self.pose = camera, solids, np.array(guesses.pose, dtype=np.float64)
+        self._reach, self._sure = guesses.reach, guesses.sure
         self._image = image.astype(np.float32)
         self._turn = np.ascontiguousarray(camera.rotation)
+
+    def seek(self, k: int) -> None:
+        """Move a thing to the best of some poses within reach, mostly farther and nearer along the ray."""
+        reach = float(self._reach[k])
+        view = self._around(k, reach)
+        if view is None:
+            return
+        to = self.pose[k, :2] - self.camera.eye[[0, 2]]
+        toward = to / max(float(np.linalg.norm(to)), 1e-9)
+        best = np.empty((_STARTS, 3))
+        best_of(self.pose[k], toward, reach, best, *view)
+        steps = _FIRST_STEP * np.array([self.solids[k].size.max(), self.solids[k].size.max(), 1.0])
+        costs = [float(search(pose, steps, 3, *view)) for pose in best]
+        self.pose[k] = best[int(np.argmin(costs))]
 
     def refine(self, k: int, step: FloatArray, halvings: int) -> float:
         """Search around a thing's pose; the cost that was found, compared with the background, nats."""
@@ -206,14 +234,17 @@ class _Stage:
         rasterise(corners, self._lens(box), 0, nearness, np.empty(nearness.shape, np.int32))
         return int(np.count_nonzero(nearness))
 
-    def _box(self, corners: FloatArray, inside: bool = True) -> tuple[int, int, int, int] | None:
+    def _box(
+        self, corners: FloatArray, inside: bool = True, more: int = 0
+    ) -> tuple[int, int, int, int] | None:
         """First and last row and column around a thing; None where it is not in the image."""
         lens = self.camera.intrinsics
         if not (corners[..., 2] > 0.02).all():
             return None
         u = corners[..., 0] / corners[..., 2] * lens.fx + lens.cx
         v = corners[..., 1] / corners[..., 2] * lens.fy + lens.cy
-        box = [v.min() - _AROUND_PX, v.max() + _AROUND_PX + 1, u.min() - _AROUND_PX, u.max() + _AROUND_PX + 1]
+        margin = _AROUND_PX + more
+        box = [v.min() - margin, v.max() + margin + 1, u.min() - margin, u.max() + margin + 1]
         if not np.isfinite(box).all() or max(map(abs, box)) > 1e5:
             return None
         top, low, left, right = (int(np.floor(value)) for value in box)
@@ -229,11 +260,12 @@ class _Stage:
         lens["cy"] -= box[0]
         return lens
 
-    def _around(self, k: int) -> tuple[Pieces, Eye, Around] | None:
+    def _around(self, k: int, reach: float = 0.0) -> tuple[Pieces, Eye, Around] | None:
         """What `search` needs to know of a thing and what is around it."""
         solid = self.solids[k]
         corners = self.camera.axes(_placed(solid.corners, self.pose[k]))
-        box = self._box(corners)
+        more = reach * self.camera.intrinsics.fx / max(float(corners[..., 2].min()), 0.1)
+        box = self._box(corners, more=round(more))
         if box is None:
             return None
         lens = self._lens(box)
@@ -242,7 +274,7 @@ class _Stage:
         pieces, first, numbers = [np.zeros(0, np.int64)], 0, 0
         for j, other in enumerate(self.solids):
             near = 4 * (solid.size.max() + other.size.max())
-            if j == k or np.linalg.norm(self.pose[j, :2] - self.pose[k, :2]) > near:
+            if j == k or not self._sure[j] or np.linalg.norm(self.pose[j, :2] - self.pose[k, :2]) > near:
                 continue
             place = self.camera.axes(_placed(other.corners, self.pose[j]))
             rasterise(place, lens, first, nearness, face)
@@ -376,3 +408,39 @@ def search(
                 break
         step *= 0.5
     return least
+
+
+@_compile
+def best_of(
+    pose: FloatArray,
+    toward: FloatArray,
+    reach: float,
+    best: FloatArray,
+    solid: Pieces,
+    camera: Eye,
+    around: Around,
+) -> None:
+    """Fill in those of 45 poses around one that cost least.
+
+    Args:
+        pose: (3,) x, z and yaw.
+        toward: (2,) unit vector along the ray from the eye on the plane.
+        reach: metres.
+        best: (S, 3), filled in.
+        solid: the thing.
+        camera: the camera.
+        around: what is around it.
+    """
+    cost = np.empty(45)
+    poses = np.empty((45, 3))
+    for n in range(45):
+        along, across, turn = n // 9 - 2, n // 3 % 3 - 1, n % 3 - 1
+        ahead, beside = 0.5 * reach * along, 0.4 * reach * across
+        poses[n, 0] = pose[0] + toward[0] * ahead + toward[1] * beside
+        poses[n, 1] = pose[1] + toward[1] * ahead - toward[0] * beside
+        poses[n, 2] = pose[2] + 0.25 * turn
+        cost[n] = cost_of(poses[n], solid, camera, around)
+    for s in range(len(best)):
+        n = int(cost.argmin())
+        best[s] = poses[n]
+        cost[n] = np.inf

@@ -5,11 +5,17 @@ import pytest
 
 from farm_ar.rendering import HOLOLENS_2, Instance, Light, Mesh, Renderer, Sensor, View, model
 from farm_ar.rendering.shapes import mesh_of, pane
-from farm_ar.vision.refinement import Solid, refine
+from farm_ar.vision.refinement import Guesses, Solid, refine
 
 CAMERA = View(HOLOLENS_2, np.array([0.0, 0.45, -0.6]), 0.0, -0.65)
 MESHES = {name: model(name) for name in ("coop", "hutch")}
 SOLIDS = {name: Solid.of(mesh) for name, mesh in MESHES.items()}
+
+
+def refined(image, category, pose, flipped, reach=0.006):
+    count = len(pose)
+    start = Guesses(tuple(category), pose, flipped, np.full(count, reach), np.ones(count, bool))
+    return refine(image, CAMERA, SOLIDS, start)
 
 
 def repainted(mesh, rng):
@@ -38,7 +44,7 @@ def test_poses_that_are_millimetres_off_are_put_right(seed):
     image = image_of(CATEGORY, POSES, seed)
     rng = np.random.default_rng(seed + 10)
     start = POSES + rng.choice([-1, 1], POSES.shape) * [0.005, 0.005, 0.08]
-    found = refine(image, CAMERA, SOLIDS, CATEGORY, start, np.zeros(4))
+    found = refined(image, CATEGORY, start, np.zeros(4))
     away = np.linalg.norm(found.pose[:, :2] - POSES[:, :2], axis=1)
     assert np.median(away) < 0.001
     assert np.median(np.abs(found.pose[:, 2] - POSES[:, 2])) < np.deg2rad(1.0)
@@ -47,17 +53,28 @@ def test_poses_that_are_millimetres_off_are_put_right(seed):
     assert (found.curvature > 0).all()
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_poses_that_are_centimetres_off_are_found_within_reach(seed):
+    image = image_of(CATEGORY, POSES, seed)
+    ray = POSES[:, :2] - CAMERA.eye[[0, 2]]
+    ray /= np.linalg.norm(ray, axis=1, keepdims=True)
+    start = POSES + np.column_stack([0.022 * ray, np.full(4, 0.15)])
+    far = refined(image, CATEGORY, start, np.zeros(4), reach=0.025)
+    away = np.linalg.norm(far.pose[:, :2] - POSES[:, :2], axis=1)
+    assert np.sort(away)[2] < 0.003
+
+
 def test_what_another_thing_hides_is_told():
     behind = np.array([[0.0, 0.0, 0.0], [0.0, 0.1, 0.0]])
     image = image_of(("coop", "hutch"), behind, 0)
-    found = refine(image, CAMERA, SOLIDS, ("coop", "hutch"), behind, np.zeros(2))
+    found = refined(image, ("coop", "hutch"), behind, np.zeros(2))
     assert found.seen[0] > 0.97
     assert 0.1 < found.seen[1] < 0.8
 
 
 def test_the_wrong_way_round_costs_more_where_it_is_tried():
     image = image_of(CATEGORY, POSES, 5)
-    found = refine(image, CAMERA, SOLIDS, CATEGORY, POSES, np.array([0.3, 0.0, 0.3, 0.3]))
+    found = refined(image, CATEGORY, POSES, np.array([0.3, 0.0, 0.3, 0.3]))
     tried = np.array([True, False, True, True])
     assert np.isfinite(found.flip).tolist() == tried.tolist()
     assert (found.flip[tried] > 0).all()
@@ -67,13 +84,13 @@ def test_the_wrong_way_round_costs_more_where_it_is_tried():
 
 def test_nothing_is_gained_where_nothing_stands():
     image = image_of((), (), 1)
-    found = refine(image, CAMERA, SOLIDS, ("hutch",), POSES[:1], np.zeros(1))
+    found = refined(image, ("hutch",), POSES[:1], np.zeros(1))
     assert found.gain[0] < 0.3
 
 
 def test_what_is_out_of_the_image_or_behind_the_camera_is_left_as_it_is():
     image = image_of((), (), 1)
     pose = np.array([[5.0, 0.0, 0.1], [0.0, -2.0, 0.2]])
-    found = refine(image, CAMERA, SOLIDS, ("coop", "hutch"), pose, np.full(2, 0.4))
+    found = refined(image, ("coop", "hutch"), pose, np.full(2, 0.4))
     np.testing.assert_array_equal(found.pose, pose)
     np.testing.assert_array_equal(found.seen, 0.0)

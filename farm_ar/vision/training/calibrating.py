@@ -12,7 +12,7 @@ import numpy as np
 from farm_ar.arrays import BoolArray, FloatArray
 from farm_ar.rendering import Mesh
 from farm_ar.vision.calibration import PLAIN, Evidence, fit_logistic, fit_spread
-from farm_ar.vision.estimator import candidates, evidence_of
+from farm_ar.vision.estimator import candidates, evidence_of, guesses_of
 from farm_ar.vision.frames import errors, nearest_alike, random_frames
 from farm_ar.vision.network import PoseNetwork
 from farm_ar.vision.refinement import Solid, refine
@@ -34,7 +34,7 @@ def calibrate(
     for number, frame in enumerate(random_frames(meshes, count, SEED)):
         truth = np.column_stack([frame.position, frame.yaw])
         found = candidates(frame.image, frame.view, network, meshes)
-        refined = refine(frame.image, frame.view, solids, found.category, found.pose, found.flipped)
+        refined = refine(frame.image, frame.view, solids, guesses_of(found, meshes))
         for kind, answer in (("unrefined", None), ("refined", refined)):
             pose = found.pose if answer is None else answer.pose
             which = nearest_alike(found.category, pose[:, :2], frame.category, frame.position, network.sizes)
