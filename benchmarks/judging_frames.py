@@ -1,6 +1,7 @@
 """Frames with truth that farm-ar's own renderer did not make: Mitsuba 3, path tracing, unseen rooms.
 
     python benchmarks/judging_frames.py OUT [--count 60] [--first 0] [--seed 7]        640x360, 16 samples
+    python benchmarks/judging_frames.py OUT --own [...]                    the same worlds by our own renderer
     python benchmarks/judging_frames.py OUT --hands [--count 1300]                     320x180, 8 samples
 
 Each frame is NNNN.png and NNNN.json: the camera as `farm-ar identify --camera` takes it, and what stands
@@ -22,7 +23,7 @@ from judging_props import HAND, Paint, Thing
 from judging_worlds import World, draw_world
 
 from farm_ar.arrays import FloatArray
-from farm_ar.rendering import HOLOLENS_2, Instance, Intrinsics, Renderer, Sensor, View
+from farm_ar.rendering import HOLOLENS_2, Instance, Intrinsics, Light, Mesh, Renderer, Sensor, View
 from farm_ar.scenes.files import degrees
 
 DEPTH = 3
@@ -46,6 +47,7 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--seed", type=int, default=7)
     parser.add_argument("--hands", action="store_true")
+    parser.add_argument("--own", action="store_true", help="the same worlds, drawn by farm-ar's own renderer")
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     lens, samples = (HOLOLENS_2.resized(320, 180), 8) if options.hands else (HOLOLENS_2, 16)
@@ -55,9 +57,24 @@ def main() -> None:
             continue
         rng = np.random.default_rng([options.seed, number, int(options.hands)])
         world = draw_world(lens, rng, options.hands and number % 2 == 1)
-        rgb = Sensor(noise=SENSOR_NOISE).expose(render(world, samples, seed=number), rng)
+        if options.own:
+            rgb = Sensor().expose(drawn_by_farm_ar(world, rng), rng)
+        else:
+            rgb = Sensor(noise=SENSOR_NOISE).expose(render(world, samples, seed=number), rng)
         _write(options.out, name, rgb, truth_of(world, f"{name}.png"))
         print(f"{number + 1 - options.first} of {options.count}", flush=True)
+
+
+def drawn_by_farm_ar(world: World, rng: np.random.Generator) -> npt.NDArray[np.uint8]:
+    """(H, W, 3) the world's picture by the farm's own renderer: its colours, no patterns, one sun."""
+    placed = []
+    for thing in world.things:
+        tones = np.array([thing.paint[tuple(row)].colour for row in np.rint(thing.mesh.colour).astype(int)])
+        mesh = Mesh(thing.mesh.corners, tones, thing.mesh.part, thing.mesh.parts)
+        indoors = float(np.ptp(thing.mesh.bounds, axis=0).max()) < 1.5  # walls would keep the sun out
+        placed.append(Instance(mesh, np.zeros(3), number=thing.number, casts_shadow=indoors))
+    toward = np.array([rng.uniform(-1, 1), rng.uniform(0.6, 1.5), rng.uniform(-1, 0.3)])
+    return Renderer(placed, Light(toward), smooth=True).draw(world.view).rgb
 
 
 def truth_of(world: World, image: str) -> dict[str, Any]:
