@@ -1,11 +1,11 @@
-"""Chickens and bunnies, from above and from the side, each in the colour of the label that it runs to."""
+"""Chickens and bunnies from above, each in the colour of the label that it runs to."""
 
 from __future__ import annotations
 
 from functools import lru_cache
 
 from farm_ar.drawing.game.colours import INK, Colour, darker, lighter, luminance, mixed
-from farm_ar.drawing.game.shapes import Art, Part, disc, ellipse, polygon, stroke
+from farm_ar.drawing.game.shapes import Art, Part, disc, ellipse, polygon
 
 LENGTH_M = 0.045
 """Their length as drawn: large enough to distinguish them."""
@@ -51,49 +51,7 @@ def bunny(colour: Colour) -> Art:
     return _finished(parts, colour, 0.003)
 
 
-@lru_cache(maxsize=64)
-def chicken_side(colour: Colour, leftwards: bool) -> Art:
-    """A chicken from the side, standing."""
-    parts = (
-        stroke([(-0.003, 0.009), (-0.003, 0.0)], _BEAK, 0.0022),
-        stroke([(0.004, 0.009), (0.004, 0.0)], _BEAK, 0.0022),
-        polygon([(-0.008, 0.014), (-0.021, 0.029), (-0.015, 0.012)], _shade(colour)),
-        polygon([(-0.008, 0.018), (-0.015, 0.033), (-0.002, 0.020)], _shade(colour)),
-        ellipse(0.0, 0.0165, 0.0140, 0.0105, colour),
-        polygon([(0.002, 0.018), (0.006, 0.034), (0.016, 0.032), (0.013, 0.015)], colour),
-        disc(0.0105, 0.0315, 0.0068, colour),
-        polygon([(0.0155, 0.0340), (0.0240, 0.0300), (0.0155, 0.0275)], _BEAK),
-        polygon([(0.005, 0.037), (0.006, 0.043), (0.0095, 0.039), (0.012, 0.043), (0.014, 0.036)], _COMB),
-        ellipse(-0.002, 0.0165, 0.0075, 0.0055, _shade(colour), 0.3),
-        disc(0.0125, 0.0325, 0.0016, INK),
-    )
-    art = _finished(parts, colour)
-    return art.mirrored() if leftwards else art
-
-
-@lru_cache(maxsize=64)
-def bunny_side(colour: Colour, leftwards: bool) -> Art:
-    """A bunny from the side, sitting."""
-    tail: Colour = (250, 250, 250) if luminance(colour) < 0.9 else (226, 222, 214)
-    ear = mixed(_PINK, colour, 0.15)
-    parts = (
-        disc(-0.0145, 0.0095, 0.0050, tail),
-        ellipse(0.0065, 0.037, 0.0036, 0.0105, _shade(colour), -0.42),
-        ellipse(-0.001, 0.0120, 0.0145, 0.0115, colour, -0.15),
-        ellipse(0.0100, 0.0030, 0.0060, 0.0030, colour),
-        ellipse(-0.0060, 0.0030, 0.0080, 0.0030, colour),
-        disc(0.0105, 0.0230, 0.0084, colour),
-        ellipse(0.0100, 0.038, 0.0038, 0.0110, colour, -0.12),
-        ellipse(0.0100, 0.038, 0.0018, 0.0080, ear, -0.12),
-        ellipse(-0.0055, 0.0085, 0.0075, 0.0075, _shade(colour)),
-        disc(0.0130, 0.0250, 0.0016, INK),
-        disc(0.0185, 0.0225, 0.0014, ear),
-    )
-    art = _finished(parts, colour)
-    return art.mirrored() if leftwards else art
-
-
-def _finished(parts: tuple[Part, ...], colour: Colour, shadow: float = 0.0) -> Art:
+def _finished(parts: tuple[Part, ...], colour: Colour, shadow: float) -> Art:
     return Art(parts, _OUTLINE, _ink(colour), shadow).scaled(_LARGER)
 
 

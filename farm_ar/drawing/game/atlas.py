@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.drawing.game.colours import Image
+from farm_ar.drawing.game.figures import TURN_DEG, Figure
 from farm_ar.drawing.game.pixels import Bytes, Distances, paste_all, paste_in_space
 from farm_ar.drawing.game.shapes import Art
 from farm_ar.drawing.game.sprites import PHASES, Sprite, rendered
@@ -31,14 +32,14 @@ class Atlas:
 
     def __init__(self, scale_of: Callable[[int], float], largest: int = _LARGEST) -> None:
         self._scale_of, self._largest = scale_of, largest
-        self._arts: list[Art] = []
-        self._numbers: dict[Art, int] = {}
+        self._arts: list[Art | Figure] = []
+        self._numbers: dict[Art | Figure, int] = {}
         self._store: Bytes = np.zeros(1 << 16, np.uint8)
         self._entries: IntArray = np.zeros((256, 5), np.int64)
         self._known: dict[int, int] = {}
         self._used = 0
 
-    def number(self, art: Art) -> int:
+    def number(self, art: Art | Figure) -> int:
         """What a drawing is called in `paste`."""
         if art not in self._numbers:
             self._numbers[art] = len(self._arts)
@@ -77,6 +78,7 @@ class Atlas:
         size: IntArray,
         distance: FloatArray,
         solid: bool,
+        yaw: FloatArray | None = None,
     ) -> None:
         """Draw upright things, the farthest first, where nothing nearer is.
 
@@ -88,10 +90,12 @@ class Atlas:
             size: (S,) their sizes.
             distance: (S,) how far away they are.
             solid: whether they hide what is drawn later.
+            yaw: (S,) headings of figures away from the eye, radians; 0 by default.
         """
         if len(art):
             far_first = np.argsort(-distance, kind="stable")
-            sprite, corner = self._find(art[far_first], place[far_first], 0.0, 7.5, size[far_first])
+            turn = 0.0 if yaw is None else yaw[far_first]
+            sprite, corner = self._find(art[far_first], place[far_first], turn, TURN_DEG, size[far_first])
             near = distance[far_first].astype(np.float32)
             paste_in_space(image, away, self._store, sprite, corner, near, solid)
 
@@ -124,7 +128,11 @@ class Atlas:
         rest, phase_x = divmod(rest, PHASES)
         rest, turn = divmod(rest, _HALF_DEGREES)
         art, size = divmod(rest, _SIZES)
-        sprite = rendered(self._arts[art], self._scale_of(size), turn / 2, phase_x, phase_y)
+        drawing, scale = self._arts[art], self._scale_of(size)
+        if isinstance(drawing, Figure):
+            sprite = drawing.sprite(scale, turn / 2, phase_x, phase_y)
+        else:
+            sprite = rendered(drawing, scale, turn / 2, phase_x, phase_y)
         height, width = sprite.pixels.shape[:2]
         end = self._used + sprite.pixels.size
         if end > len(self._store):

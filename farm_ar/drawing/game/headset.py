@@ -8,6 +8,7 @@ import numpy as np
 from farm_ar.drawing.game import animals
 from farm_ar.drawing.game.atlas import Atlas
 from farm_ar.drawing.game.colours import Colour, Image, darker, label_colours
+from farm_ar.drawing.game.figures import animal, directions
 from farm_ar.drawing.game.floating_labels import FloatingLabels
 from farm_ar.drawing.game.header import draw_header, header_height
 from farm_ar.drawing.game.marks import displaced
@@ -59,7 +60,7 @@ class HeadsetView:
         self._atlas = Atlas(upright_scale)
         self._static = RealThings(scene, size, self._scenery.static, self._atlas)
         self._bunny = np.array([category == "hutch" for category in scene.layout.category])
-        self._animals = np.array([self._facing_both_ways(i) for i in range(len(self._colours))], np.int64)
+        self._animals = np.array([self._figures(i) for i in range(len(self._colours))], np.int64)
         self._ice = self._atlas.number(_ICE)
 
     def draw(self, state: RenderState, out: Image | None = None) -> Image:
@@ -87,31 +88,34 @@ class HeadsetView:
             draw_header(image, state)
         return image
 
-    def _facing_both_ways(self, label: int) -> tuple[int, int]:
-        """The drawings of an animal of a label that runs to the right and to the left."""
-        make = animals.bunny_side if self._bunny[label] else animals.chicken_side
-        right, left = (self._atlas.number(make(self._colours[label], way)) for way in (False, True))
-        return right, left
+    def _figures(self, label: int) -> list[int]:
+        """The numbers of an animal of a label, seen more and more from above."""
+        kind = "bunny" if self._bunny[label] else "chicken"
+        return [self._atlas.number(figure) for figure in animal(kind, self._colours[label])]
 
     def _draw_figures(
         self, image: Image, away: Distances, state: RenderState, view: Pinhole, frozen: bool
     ) -> None:
-        """What moves of itself and always faces the eye: the scenery's animals and the game's."""
+        """What moves of itself: the scenery's animals and the game's."""
         living = self._scenery.living(state.seconds)
-        leftwards = (np.sin(state.animal_heading - view.yaw) < 0).astype(np.int64)
+        tilt, turn = directions(view, state.animal, state.animal_heading)
         bunny = self._bunny[state.animal_goal]
         hop = np.abs(np.sin(_HOPS / 2 * state.animal.sum(axis=1))) * np.where(bunny, 0.010, 0.003)
-        numbers, place = self._animals[state.animal_goal, leftwards], state.animal
+        numbers, place = self._animals[state.animal_goal, tilt], state.animal
         if frozen:
             numbers = np.stack([numbers, np.full_like(numbers, self._ice)], axis=1).reshape(-1)
             place, hop = np.repeat(place, 2, axis=0), np.repeat(hop, 2)
+            turn = np.stack([turn, np.zeros_like(turn)], axis=1).reshape(-1)
         around = np.array([upright_number(self._atlas, placed, view) for placed in living], np.int64)
         where = np.array([placed.position for placed in living]).reshape(-1, 2)
         lift = np.concatenate([np.zeros(len(living)), hop])
         feet = np.insert(np.concatenate([where, place]), 1, lift, axis=1)
         art = np.concatenate([around, numbers])
         places, size, distance, near = upright_places(view, feet, self.size)
-        self._atlas.paste_in_space(image, away, art[near], places[near], size[near], distance[near], False)
+        yaw = np.concatenate([np.zeros(len(living)), turn])[near]
+        self._atlas.paste_in_space(
+            image, away, art[near], places[near], size[near], distance[near], False, yaw
+        )
 
 
 def _dim_outside(image: Image, camera: Camera, view: Pinhole) -> None:
