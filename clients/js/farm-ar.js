@@ -62,7 +62,7 @@ export class FarmAr {
     this.fetch = options.fetch ?? ((...args) => globalThis.fetch(...args));
     this.WebSocket = options.WebSocket ?? globalThis.WebSocket;
     /** @type {number} */ this.revision = 0;
-    /** @type {string | null} */ this.snapshot = null;
+    /** @type {{revision: number, snapshot: string | null} | null} The last answer, for `confirm`. */ this.seen = null;
     /** @type {Layout | null} */ this.layout = null;
     /** @type {PlanePose | null} */ this.origin = null;
   }
@@ -100,20 +100,22 @@ export class FarmAr {
       reply = await this._ask("POST", this._path("snapshots"), snapshot);
     } catch (problem) {
       if (problem instanceof FarmArError || this.layout === null) throw problem;
+      this.seen = null; // what was seen before is not what is confirmed now
       return { ...new Spatial(this.layout, this.origin).identify(snapshot), revision: this.revision, offline: true };
     }
     this.revision = reply.revision;
-    this.snapshot = reply.snapshot;
+    this.seen = { revision: reply.revision, snapshot: reply.snapshot };
     return reply;
   }
 
   /**
-   * The labels of the last snapshot are right, but for these.
+   * The labels of the last answer of the service are right, but for these.
    * @param {Record<string, string | null>} [labels]  By detection.
+   * @param {boolean} [force]  Whether a label may go to a detection of another category.
    */
-  async confirm(labels = {}) {
-    const body = { revision: this.revision, snapshot: this.snapshot ?? "none", labels };
-    const reply = await this._decided("confirm", body);
+  async confirm(labels = {}, force = false) {
+    if (this.seen === null) throw new FarmArError(409, { field: "snapshot", message: "snapshot: must have been answered by the service" });
+    const reply = await this._decided("confirm", { ...this.seen, labels, force });
     await this.state();
     return reply;
   }
@@ -353,7 +355,7 @@ function extent(layout, objects, metres) {
     return { diagonal: Math.hypot(w, d), area: w * d };
   }
   if (bounds) {
-    const corners = bounds.map((/** @type {number[]} */ [a, b]) => [a * metres, b * metres]);
+    /** @type {number[][]} */ const corners = bounds.map((/** @type {number[]} */ [a, b]) => [a * metres, b * metres]);
     let twice = 0;
     corners.forEach(([a, b], i) => {
       const [c, d] = corners[(i + 1) % corners.length];

@@ -137,12 +137,21 @@ class ServiceSession:
             body["anchor"] = dict(zip(("here", "map"), poses, strict=True))
         return self._decided("align", body)
 
-    def confirm(self, labels: Mapping[str, str | None] | None = None, commit: bool = True) -> None:
+    def confirm(
+        self,
+        labels: Mapping[str, str | None] | None = None,
+        commit: bool = True,
+        force: bool = False,
+    ) -> tuple[str, ...]:
         """Take the labels of the last snapshot for known.
 
         Args:
             labels: those that were wrong, by detection.
             commit: whether this is the layout from here on.
+            force: whether a label may go to a detection of another category than its object's.
+
+        Returns:
+            Detections whose labels were more probably wrong than right, and were not corrected.
 
         Raises:
             ServiceError: it is refused; status 409 if another client has come first.
@@ -151,7 +160,8 @@ class ServiceSession:
         if self._seen is None:
             raise SessionError("session", "must have identified a snapshot before", "none")
         decided = {"revision": self._seen["revision"], "snapshot": self._seen["snapshot"]}
-        self._decided("confirm", {**decided, "labels": dict(labels or {}), "commit": commit})
+        asked = {**decided, "labels": dict(labels or {}), "commit": commit, "force": force}
+        return tuple(self._decided("confirm", asked)["doubted"])
 
     def undo(self) -> dict[str, Any]:
         """Take back the last decision; what it was.

@@ -123,7 +123,7 @@ _REPLIES: dict[str, Values] = {
         reason=_or_null(_TEXT),
         origin=_or_null(_POSE),
     ),
-    "confirm": _object(**_HEAD, lost=_list(_TEXT)),
+    "confirm": _object(**_HEAD, doubted=_list(_TEXT), lost=_list(_TEXT)),
     "undo": _object(**_HEAD, undone={"type": "object"}, lost=_list(_TEXT)),
     "state": _object(
         **_HEAD,

@@ -137,14 +137,14 @@ class Served:
         session = copy(self.session)
         before = len(session.events)
         if given["labels"]:
-            session.correct(given["labels"])
-        session.confirm()
+            session.correct(given["labels"], given["force"])
+        doubted = session.confirm(force=given["force"])
         if given["commit"]:
             session.commit()
         events = len(session.events) - before
         about = {"labels": given["labels"], "commit": given["commit"]}
         after = self._decided(session, "confirm", events, about)
-        return after, after._said({"lost": list(session.lost)})
+        return after, after._said({"doubted": list(doubted), "lost": list(session.lost)})
 
     def undo(self, data: Values) -> tuple[Served, Values]:
         """Take back the last thing that was decided."""

@@ -55,6 +55,7 @@ CONFIRM = Document(
                 default={},
                 about="Labels that were wrong, by detection; null for none; a new label enrols an object.",
             ),
+            "force": Flag(default=False, about="Whether a label may go to a detection of another category."),
             "commit": Flag(default=True, about="Whether this is the layout from here on."),
         }
     ),

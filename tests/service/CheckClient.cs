@@ -64,6 +64,14 @@ static class CheckClient
         var transport = session.Transport;
         session.Transport = (method, path, body) => { throw new WebException("out of reach"); };
         Console.WriteLine(Said(session.Identify(eye, seen())));
+        try
+        {
+            session.Confirm();
+        }
+        catch (FarmArException problem)
+        {
+            Console.WriteLine(problem.Status + " " + problem.Field);
+        }
         session.Transport = transport;
         session.Undo();
         Console.WriteLine(Said(session.Identify(eye, seen())));

@@ -17,6 +17,7 @@ const again = await client.identify(snapshot);
 said.swapped = ids(again);
 reachable = false;
 const offline = await client.identify(snapshot);
+said.unseen = await client.confirm().catch((problem) => [problem.status, problem.field]);
 said.offline = [ids(offline), offline.offline, Math.max(...costs(offline).map((c, i) => Math.abs(c - costs(again)[i])))];
 reachable = true;
 said.undone = (await client.undo()).undone.did;

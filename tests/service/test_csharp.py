@@ -63,7 +63,17 @@ def test_its_method_answers_the_vectors(mono: Mono, tmp_path: Path) -> None:
     assert mono("vectors", path).strip() == "500 vectors, 1 wrong"
 
 
-SAID = ["b,c,a", "c,b,a", "c,b,a offline", "b,c,a", "True", "b,c,a", "b,c,a offline", "409 revision"]
+SAID = [
+    "b,c,a",
+    "c,b,a",
+    "c,b,a offline",
+    "409 snapshot",
+    "b,c,a",
+    "True",
+    "b,c,a",
+    "b,c,a offline",
+    "409 revision",
+]
 
 
 def test_a_session_with_and_without_the_service(mono: Mono, server: Live) -> None:

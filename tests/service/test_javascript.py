@@ -66,6 +66,7 @@ def test_a_session_with_and_without_the_service(node: Node, server: Live, tmp_pa
     assert said["swapped"] == swapped
     assert said["offline"][:2] == [swapped, True]
     assert said["offline"][2] < 1e-9
+    assert said["unseen"] == [409, "snapshot"]
     assert said["undone"] == "confirm"
     assert said["aligned"] is True
     assert said["turned"][0] == said["turned"][1]

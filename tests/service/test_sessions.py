@@ -14,7 +14,7 @@ from farm_ar.geometry import convert_points
 from farm_ar.reid import identify
 from farm_ar.reid.costs import dimension_cost, rotation_cost, total_cost, translation_cost
 from farm_ar.reid.session import Session
-from farm_ar.scenes import Layout, Scene, Weights, scene_from_dict, snapshot_from_dict, visible
+from farm_ar.scenes import Layout, Scene, Weights, builtin_scene, scene_from_dict, snapshot_from_dict, visible
 from farm_ar.service.methods import OPTIONS, method_of
 from tests.service.conftest import Asked, lab, layout_body, seen_in, served_anew, snapshot_body
 
@@ -235,6 +235,25 @@ def test_a_new_label_enrols_an_object(asked: Asked) -> None:
     seen = asked.good("snapshots", body)
     asked.good("confirm", {"revision": 1, "snapshot": seen["snapshot"], "labels": {"extra": "newcomer"}})
     assert "newcomer" in [one["id"] for one in asked.state()["objects"]]
+
+
+def test_labels_of_another_category_need_force_and_doubted_ones_are_named(asked: Asked) -> None:
+    scene = builtin_scene("farm")
+    layout = scene.layout
+    other = next(j for j, name in enumerate(layout.category) if name != layout.category[0])
+    asked.good("layout", layout_body(scene, method="likelihood"))
+    halfway = (layout.position + np.roll(layout.position, 1, axis=0)) / 2
+    body = snapshot_body(seen_in(scene))
+    for one, (x, z) in zip(body["detections"], halfway.tolist(), strict=True):
+        one["x"], one["z"] = x, z
+    seen = asked.good("snapshots", body)
+    unsure = {one["detection"] for one in seen["detections"] if one["id"] and one["confidence"] < 0.5}
+    decided = {"revision": 1, "snapshot": seen["snapshot"], "labels": {"d0": layout.labels[other]}}
+    status, error = asked.refused("confirm", decided)
+    assert (status, "category" in error["expected"]) == (422, True)
+    reply = asked.good("confirm", {**decided, "force": True})
+    assert unsure
+    assert set(reply["doubted"]) == unsure - {"d0"}
 
 
 def test_an_anchor_alone_says_where_the_frame_is(asked: Asked) -> None:

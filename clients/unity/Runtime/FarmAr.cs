@@ -116,8 +116,8 @@ namespace FarmAr
         /// nobody answers. May be replaced, say by one with UnityWebRequest.</summary>
         public Func<string, string, string, KeyValuePair<int, string>> Transport;
 
-        long revision;
-        string snapshot = "none";
+        long revision, seenAt;
+        string snapshot;
         Values layout;
         double[] origin;
 
@@ -164,9 +164,10 @@ namespace FarmAr
             catch (WebException)
             {
                 if (layout == null) throw;
+                snapshot = null; // what was seen before is not what is confirmed now
                 return new Spatial(layout, origin).Identify(body);
             }
-            revision = Json.Whole(said, "revision");
+            revision = seenAt = Json.Whole(said, "revision");
             snapshot = (string)said["snapshot"];
             var reply = new Reply
             {
@@ -183,18 +184,21 @@ namespace FarmAr
             return reply;
         }
 
-        /// <summary>The labels of the last snapshot are right, but for these, by detection.</summary>
-        public void Confirm(IDictionary<string, string> labels = null)
+        /// <summary>The labels of the service's last answer are right, but for these, by detection.</summary>
+        /// <param name="force">Whether a label may go to a detection of another category.</param>
+        public void Confirm(IDictionary<string, string> labels = null, bool force = false)
         {
+            if (snapshot == null)
+                throw new FarmArException(409, "snapshot", "snapshot: must have been answered by the service");
             var wrong = new Values();
             if (labels != null) foreach (var one in labels) wrong[one.Key] = one.Value;
-            Decide("confirm", new Values { { "snapshot", snapshot }, { "labels", wrong } });
+            Decide("confirm", seenAt, new Values { { "snapshot", snapshot }, { "labels", wrong }, { "force", force } });
         }
 
         /// <summary>Take back the last decision.</summary>
         public void Undo()
         {
-            Decide("undo", new Values());
+            Decide("undo", revision, new Values());
         }
 
         /// <summary>One pose, say a marker's, is known in this app's frame and in the map's; x, y, z and a rotation each.</summary>
@@ -205,7 +209,7 @@ namespace FarmAr
                 { "x", one.X }, { "y", one.Y }, { "z", one.Z }, { "quaternion", one.Rotation },
             };
             var anchor = new Values { { "here", pose(here) }, { "map", pose(map) } };
-            return (bool)Decide("align", new Values { { "frame", "unity" }, { "anchor", anchor } })["aligned"];
+            return (bool)Decide("align", revision, new Values { { "frame", "unity" }, { "anchor", anchor } })["aligned"];
         }
 
         /// <summary>All that is known, as JSON values; the layout here becomes what it says.</summary>
@@ -241,9 +245,9 @@ namespace FarmAr
             return "/v1/sessions/" + Uri.EscapeDataString(Name) + "/" + action;
         }
 
-        Values Decide(string action, Values body)
+        Values Decide(string action, long at, Values body)
         {
-            body["revision"] = (double)revision;
+            body["revision"] = (double)at;
             var reply = Ask("POST", Path(action), body);
             State();
             return reply;
