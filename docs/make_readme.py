@@ -71,7 +71,7 @@ def table(runs: Path) -> str:
         options = ("--json", "--arg", "reward=identity", "--beside", beside)
         rows = json.loads(farm_ar("evaluate", policy, runs, *options))
         found = {
-            row["player"]: f"{row['return']:.2f} ± {row['standard_error']:.2f}" for row in rows["players"]
+            row["policy"]: f"{row['return']:.2f} ± {row['standard_error']:.2f}" for row in rows["policies"]
         }
         cells = [found.get(name, "–") for name in ("random", "greedy", "analytic", "trained")]
         lines.append(f"| `{env}` | {' | '.join(cells)} |".replace("-0.00 ", "0.00 "))

@@ -57,6 +57,17 @@ Seed = Annotated[
 ]
 
 
+Trust = Annotated[
+    bool, typer.Option("--trust", help="Run code that the folder names or holds (modules, pickles).")
+]
+
+Which = Annotated[str, typer.Option(metavar="NAME", help="best (by the evaluations) or last.")]
+
+EnvironmentArguments = Annotated[
+    list[str] | None, typer.Option(metavar="NAME=VALUE", help="Another argument of the environment.")
+]
+
+
 @contextmanager
 def writing(option: str, path: Path) -> Iterator[None]:
     """Make a place that cannot be written a mistake in the option that named it.

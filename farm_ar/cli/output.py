@@ -6,6 +6,7 @@ import json
 import os
 import shutil
 import threading
+import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -64,26 +65,40 @@ def print_json(value: Any, line: bool = False) -> None:
 PATIENCE_S = 1.5
 """What takes longer says what it does."""
 
+EVERY_S = 10.0
+"""How often that is said anew where there is no terminal."""
+
 Report = Callable[[str, float], None]
 """Called with what is being done, and which share of it is done, 0 to 1."""
 
 
 @contextmanager
-def progress(beginning: str) -> Iterator[Report]:
-    """A bar that grows on a terminal and is gone at the end; elsewhere one plain line at the beginning.
+def progress(beginning: str, at_once: bool = True) -> Iterator[Report]:
+    """A bar that grows on a terminal and is gone at the end; elsewhere plain lines, one every `EVERY_S`.
 
     Args:
         beginning: what is being done at first.
+        at_once: whether the first line comes at once; else it is left to the command's `saying`.
     """
-    for timer in _waiting:
-        timer.cancel()
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
     screen = Console(stderr=True, markup=False, emoji=False, highlight=False)
+    if at_once or screen.is_terminal:
+        for timer in _waiting:
+            timer.cancel()
     if not screen.is_terminal:
-        screen.print(f"{printable(beginning)} ...", soft_wrap=True)
-        yield lambda what, share: None
+        if at_once:
+            screen.print(f"{printable(beginning)} ...", soft_wrap=True)
+        said = time.monotonic()
+
+        def say(what: str, share: float) -> None:
+            nonlocal said
+            if time.monotonic() - said >= EVERY_S:
+                said = time.monotonic()
+                screen.print(f"{printable(what)} ({share:.0%})", soft_wrap=True)
+
+        yield say
         return
     words = TextColumn("{task.description}", markup=False)
     columns = (words, BarColumn(), TaskProgressColumn(), TimeElapsedColumn())

@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from farm_ar.cli.options import REID_HELP, Seed, number, whole
+from farm_ar.cli.options import REID_HELP, Seed, Trust, number, whole
 
 if TYPE_CHECKING:
     from farm_ar.agents.design import Design
+    from farm_ar.agents.stress.report import Summary
+    from farm_ar.scenes import Scene
 
 MOST_DESIGNED = 500
 """Objects that a design places: it compares all pairs."""
@@ -56,9 +58,7 @@ def stress(
             "farm-ar; by default both of these.",
         ),
     ] = None,
-    trust: Annotated[
-        bool, typer.Option("--trust", help="Run code that the folder of --policy names or holds.")
-    ] = False,
+    trust: Trust = False,
     queries: Annotated[
         int,
         typer.Option(metavar="N", parser=whole(1), help="Snapshots that an attack may ask about in a case."),
@@ -100,9 +100,8 @@ def stress(
     from rich.console import Console
 
     from farm_ar.agents.stress import StressOptions, run_stress, summarise, write_study
-    from farm_ar.agents.stress.report import in_metres, number, ratio, share
     from farm_ar.cli.options import make_folder, writing
-    from farm_ar.cli.output import print_line, print_table, saying
+    from farm_ar.cli.output import print_line, saying
     from farm_ar.envs.generator import scene_of
     from farm_ar.sweeps import make_executor
     from farm_ar.sweeps.progress import shown
@@ -125,6 +124,20 @@ def stress(
     with saying("Drawing what failed, and writing the report"), writing("--out", out):
         summary = summarise(study, room.layout.labels)
         files = write_study(study, summary, out)
+    _print_summary(summary, room, one_attack=len(options.attacks) == 1)
+    print_line(f"Wrote {', '.join(str(file) for file in files)}")
+    if fail_under is not None:
+        weak = [tested.reid for tested in summary.reids if tested.best.median < fail_under]
+        if weak:
+            print_line(f"Median minimum perturbation below {fail_under:g}: {', '.join(weak)}")
+            raise typer.Exit(1)
+
+
+def _print_summary(summary: Summary, room: Scene, one_attack: bool) -> None:
+    """Print what each attack did to each re-identifier, and what the columns say."""
+    from farm_ar.agents.stress.report import in_metres, number, ratio, share
+    from farm_ar.cli.output import print_line, print_table
+
     head = (
         "method", "attack", "median minimum, D", "in metres", "certified, D", "/ certified", "failed",
         "queries/s",
@@ -132,19 +145,13 @@ def stress(
     rows = []
     for tested in summary.reids:
         certified = number(tested.bound_median) if tested.certified else "none"
-        for one in tested.attacks if len(options.attacks) > 1 else tested.attacks[:1]:
+        for one in tested.attacks[:1] if one_attack else tested.attacks:
             pace = "–" if one.attack == "best" else f"{one.queries_per_second:.0f}"
             found = number(one.median), in_metres(one.median, room), certified, ratio(one.tightness)
             rows.append((tested.reid, one.attack, *found, share(one.failed), pace))
     print_table(head, rows, head[2:])
     for line in (*summary.notes(), *LEGEND):
         print_line(line)
-    print_line(f"Wrote {', '.join(str(file) for file in files)}")
-    if fail_under is not None:
-        weak = [tested.reid for tested in summary.reids if tested.best.median < fail_under]
-        if weak:
-            print_line(f"Median minimum perturbation below {fail_under:g}: {', '.join(weak)}")
-            raise typer.Exit(1)
 
 
 def attacks_asked_for(names: str, player: str | None, trust: bool = False) -> tuple[str, ...]:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from farm_ar.cli.options import Seed, whole
+from farm_ar.cli.options import EnvironmentArguments, Seed, Trust, Which, whole
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -68,10 +69,7 @@ def train(
             "--resume", help="Go on with the run in the folder, with its own options but for --steps."
         ),
     ] = False,
-    trust: Annotated[
-        bool,
-        typer.Option("--trust", help="Run code that the folder names or holds (modules, pickles)."),
-    ] = False,
+    trust: Trust = False,
     progress: Annotated[
         bool, typer.Option("--progress/--no-progress", help="Whether to show a bar, or lines.")
     ] = True,
@@ -100,10 +98,11 @@ def train(
     if resume:
         refuse_others(context)
         require_trust(str(run), code_of(str(run), "last"), trust)
-    given = load_recipe(algo, env, recipe).with_arguments(arguments(arg or []), steps, imitate, rehearse)
-    asked = Run(algo, env, seed, given, threads, processes, eval_every, eval_episodes)
-    if not resume:
-        check(asked)  # before a folder is made
+    with arguments(arg) as given:
+        known = load_recipe(algo, env, recipe).with_arguments(given, steps, imitate, rehearse)
+        asked = Run(algo, env, seed, known, threads, processes, eval_every, eval_episodes)
+        if not resume:
+            check(asked)  # before a folder is made
     make_folder("RUN", run)
     try:
         model = learn(asked, run, resume, progress, steps, trust)
@@ -128,18 +127,19 @@ def refuse_others(context: typer.Context) -> None:
             raise OptionError(f"--{name.replace('_', '-')}", expected, value)
 
 
-def arguments(given: list[str]) -> dict[str, Any]:
+@contextmanager
+def arguments(given: list[str] | None) -> Iterator[dict[str, Any]]:
     """The environment's arguments, their values read as JSON where they are JSON.
 
     Raises:
-        OptionError: there is no = in one.
+        OptionError: there is no = in one; or, inside, one of them is wrong, which is named as it was typed.
     """
     import json
 
     from farm_ar.errors import OptionError
 
     values: dict[str, Any] = {}
-    for text in given:
+    for text in given or ():
         name, sign, value = text.partition("=")
         if not sign:
             raise OptionError("--arg", "must be NAME=VALUE", text)
@@ -147,7 +147,13 @@ def arguments(given: list[str]) -> dict[str, Any]:
             values[name] = json.loads(value)
         except ValueError:
             values[name] = value
-    return values
+    try:
+        yield values
+    except OptionError as problem:
+        typed = {"argument": "--arg", "arguments": "--arg"} | {name: f"--arg {name}" for name in values}
+        if problem.field not in typed:
+            raise
+        raise OptionError(typed[problem.field], problem.expected, problem.got) from None
 
 
 def evaluate(
@@ -167,15 +173,10 @@ def evaluate(
             "with farm-ar. Random is always there. By default analytic and greedy, where they can act.",
         ),
     ] = None,
-    which: Annotated[str, typer.Option(metavar="NAME", help="best (by the evaluations) or last.")] = "best",
-    arg: Annotated[
-        list[str] | None, typer.Option(metavar="NAME=VALUE", help="Another argument of the environment.")
-    ] = None,
+    which: Which = "best",
+    arg: EnvironmentArguments = None,
     seed: Seed = 0,
-    trust: Annotated[
-        bool,
-        typer.Option("--trust", help="Run code that the folder names or holds (modules, pickles)."),
-    ] = False,
+    trust: Trust = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")] = False,
 ) -> None:
     """Play held-out episodes with trained policies and with others.
@@ -183,25 +184,21 @@ def evaluate(
     The score is 0 for a random policy and 1 for the best that any of the policies here found in each episode;
     of several runs it is the interquartile mean, with a 95% bootstrap interval.
     """
-    import sys
-    from contextlib import ExitStack
-
     from farm_ar.agents.packages import need_training
     from farm_ar.agents.policies import check_request
     from farm_ar.cli.options import code_of, require_trust
     from farm_ar.cli.output import print_json, print_line, print_table, progress
 
-    given = arguments(arg or [])
     names = None if beside is None else [name.strip() for name in beside.split(",") if name.strip()]
-    check_request(runs, names, which)
-    need_training()
-    from farm_ar.agents.training.evaluation import compare
+    with arguments(arg) as given:
+        check_request(runs, names, which, given)
+        need_training()
+        from farm_ar.agents.training.evaluation import compare
 
-    for run in runs:
-        require_trust(run, code_of(run, which), trust)
-    with ExitStack() as shown:
-        watch = shown.enter_context(progress("Playing")) if sys.stderr.isatty() else lambda what, share: None
-        found = compare(runs, names, episodes, which, given, seed, trust, watch)
+        for run in runs:
+            require_trust(run, code_of(run, which), trust)
+        with progress("Playing", at_once=False) as watch:
+            found = compare(runs, names, episodes, which, given, seed, trust, watch)
     if as_json:
         print_json(_as_json(found))
         return
@@ -212,7 +209,7 @@ def evaluate(
 
 def _cells(row: Mapping[str, Any]) -> list[str]:
     return [
-        str(row["player"]),
+        str(row["policy"]),
         f"{row['return']:.2f} ± {row['standard_error']:.2f}",
         f"{row['wrong_labels']:.2f}",
         f"{row['effort']:.2f}",
@@ -224,7 +221,7 @@ def _as_json(found: Comparison) -> dict[str, Any]:
     rows = [
         {**row, "score": [row["score"].value, row["score"].low, row["score"].high]} for row in found.rows()
     ]
-    return {"episodes": len(found.best), "best": float(found.best.mean()), "players": rows}
+    return {"episodes": len(found.best), "best": float(found.best.mean()), "policies": rows}
 
 
 def watch(
@@ -242,21 +239,13 @@ def watch(
     seed: Annotated[
         int, typer.Option(metavar="N", parser=whole(0, 2**31), help="Of the first; the others follow.")
     ] = 0,
-    which: Annotated[str, typer.Option(metavar="NAME", help="best (by the evaluations) or last.")] = "best",
-    arg: Annotated[
-        list[str] | None, typer.Option(metavar="NAME=VALUE", help="Another argument of the environment.")
-    ] = None,
-    trust: Annotated[
-        bool,
-        typer.Option("--trust", help="Run code that the folder names or holds (modules, pickles)."),
-    ] = False,
+    which: Which = "best",
+    arg: EnvironmentArguments = None,
+    trust: Trust = False,
 ) -> None:
     """Film a trained policy: its moves, the headset's belief after them, and where the animals run."""
     from farm_ar.agents.packages import need_training
-
-    need_training()
-    from farm_ar.agents.policies import shipped
-    from farm_ar.agents.policies.trained import policy_and_env
+    from farm_ar.agents.policies import check_request, shipped
     from farm_ar.cli.options import code_of, make_folder, require_trust, writing
     from farm_ar.cli.output import print_line
     from farm_ar.drawing.video import write_gif, write_mp4
@@ -269,8 +258,13 @@ def watch(
         raise OptionError("--out", "must end in .mp4 or .gif", str(path))
     # Films show what training leaves out.
     shown = {"play_seconds": 3.0, "animals_a_second": 10.0}
-    require_trust(run, code_of(run, which), trust)
-    policy, env = policy_and_env(run, which, {**shown, **arguments(arg or [])}, trust)
+    with arguments(arg) as given:
+        check_request([run], None, which, given)
+        need_training()
+        from farm_ar.agents.policies.trained import policy_and_env
+
+        require_trust(run, code_of(run, which), trust)
+        policy, env = policy_and_env(run, which, shown | given, trust)
     make_folder("--out", path.parent)
     told: list[str] = []
 

@@ -49,9 +49,9 @@ def test_a_run_is_trained_scored_and_filmed(run, train, tmp_path):
     assert result.stdout.startswith("32 steps are done.")
     scored = ["evaluate", "runs/first", "--episodes", 3, "--beside", "analytic", "--json"]
     found = json.loads(run(*scored).stdout)
-    assert [row["player"] for row in found["players"]] == ["trained", "analytic", "random"]
-    assert found["players"][2]["score"] == [0.0, 0.0, 0.0]
-    assert all(row["return"] <= found["best"] + 1e-9 for row in found["players"])
+    assert [row["policy"] for row in found["policies"]] == ["trained", "analytic", "random"]
+    assert found["policies"][2]["score"] == [0.0, 0.0, 0.0]
+    assert all(row["return"] <= found["best"] + 1e-9 for row in found["policies"])
     assert json.loads(run(*scored).stdout) == found
     table = run(*scored[:-1])
     assert "wrong labels" in table.stdout
@@ -134,8 +134,8 @@ def test_a_run_that_was_not_evaluated_is_watched_as_it_was_last(run, mistake, ti
     expected = "OptionError: --which: must be last for a run that has not been evaluated yet, got 'best'"
     assert mistake("evaluate", "one").startswith(expected)
     beside = ("--beside", "farm-slot", "--arg", "moves=6", "--episodes", 2, "--json")
-    rows = json.loads(run("evaluate", "one", "--which", "last", *beside).stdout)["players"]
-    assert [row["player"] for row in rows] == ["trained", "farm-slot", "random"]
+    rows = json.loads(run("evaluate", "one", "--which", "last", *beside).stdout)["policies"]
+    assert [row["policy"] for row in rows] == ["trained", "farm-slot", "random"]
 
 
 @pytest.mark.parametrize("given", [("--arg", "jitter=hard"), ("--eval-every", 10)])
@@ -180,7 +180,7 @@ def test_mistakes_are_one_line(mistake, train, tmp_path):
         "OptionError: --env: must be one that can be made"
     )
     assert mistake("train", "x", "--arg", "jiter=easy").startswith(
-        "OptionError: argument: must be one of action, animals_a_second, "
+        "OptionError: --arg: must be one of action, animals_a_second, "
     )
     assert mistake("train", "x", "--arg", "easy").startswith("OptionError: --arg: must be NAME=VALUE")
     assert mistake("train", "x", "--resume").startswith(
@@ -203,16 +203,17 @@ def test_mistakes_are_one_line(mistake, train, tmp_path):
     wrong = mistake("evaluate", "one", "--arg", "action=displacement")
     assert wrong.startswith("OptionError: env: must have the actions")
     assert mistake("evaluate", "one", "--arg", "jitter=wild").startswith(
-        "OptionError: jitter: must be one of"
+        "OptionError: --arg jitter: must be one of"
     )
 
 
 def test_arguments_are_json_where_they_can_be():
     given = ["moves=3", "jitter=easy", "game=false", "budget_m=0.3", 'scene="farm"']
     expected = {"moves": 3, "jitter": "easy", "game": False, "budget_m": 0.3, "scene": "farm"}
-    assert arguments(given) == expected
+    with arguments(given) as found:
+        assert found == expected
     with pytest.raises(OptionError):
-        arguments(["x"])
+        arguments(["x"]).__enter__()
 
 
 def test_what_evaluate_cannot_do_is_found_before_the_learners_are_loaded(mistake, monkeypatch):
@@ -230,4 +231,25 @@ def test_a_comparison_tells_of_every_episode():
     told: list[tuple[str, float]] = []
     compare(["farm-slot"], ["constant"], 2, arguments={"moves": 1}, watch=lambda *now: told.append(now))
     assert [share for _, share in told] == pytest.approx([k / 6 for k in range(1, 7)])
-    assert {what.partition(",")[0] for what, _ in told} == {"constant", "random", "trained"}
+    names = ("constant", "random", "trained")
+    assert {what for what, _ in told} == {f"{name}: episode {k} of 2" for name in names for k in (1, 2)}
+
+
+@pytest.mark.parametrize("command", ["evaluate", "watch"])
+def test_what_is_wrong_is_found_before_the_learners_are_loaded(command, mistake, monkeypatch):
+    monkeypatch.setattr("farm_ar.agents.packages.need_training", lambda: pytest.fail("loaded"))
+    assert mistake(command, "farm-slot", "--arg", "jiter=easy").startswith("OptionError: --arg: must be one")
+    assert mistake(command, "farm-slot", "--which", "newest").startswith("OptionError: --which: must be one")
+    assert mistake(command, "nowhere").startswith("OptionError: run: must be the folder of a run, or")
+
+
+@pytest.mark.parametrize("command", [("evaluate", "farm-slot"), ("watch", "farm-slot"), ("train", "one")])
+def test_a_wrong_argument_of_the_environment_is_named_as_it_was_typed(command, mistake):
+    expected = "OptionError: --arg jitter: must be one of default, easy, hard, none, got 'wild'"
+    assert mistake(*command, "--arg", "jitter=wild") == expected
+
+
+def test_episodes_are_counted_while_policies_play(run, monkeypatch):
+    monkeypatch.setattr("farm_ar.cli.output.EVERY_S", 0.0)
+    told = run("evaluate", "farm-slot", "--episodes", 2, "--beside", "", "--arg", "moves=6").stderr
+    assert "random: episode 1 of 2 (25%)\nrandom: episode 2 of 2 (50%)\ntrained: episode 1 of 2" in told

@@ -33,6 +33,9 @@ class Policy(ABC):
 SHIPPED = "models"
 """The folder beside this file with the policies that come with farm-ar."""
 
+SHIPPED_ENV = "FarmToTable-v0"
+"""The environment that these act in."""
+
 
 def shipped() -> list[str]:
     """Names of the policies that come with farm-ar."""

@@ -14,7 +14,7 @@ import torch
 from gymnasium import spaces
 from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
 
-from farm_ar.agents.policies.base import SHIPPED, Policy, shipped
+from farm_ar.agents.policies.base import SHIPPED, SHIPPED_ENV, Policy, shipped
 from farm_ar.agents.training.checkpoints import as_written, normalized, read_tensors
 from farm_ar.agents.training.object_policy import ObjectPolicy
 from farm_ar.agents.training.recipes import ALGORITHMS, POLICY_CLASSES
@@ -22,8 +22,6 @@ from farm_ar.agents.training.run_folder import BEST, CHECKPOINTS, RunFolder
 from farm_ar.envs import FarmToTableEnv
 from farm_ar.envs.registration import check_arguments, make_env
 from farm_ar.errors import OptionError, known_name
-
-SHIPPED_ENV = "FarmToTable-v0"
 
 
 class TrainedPolicy(Policy):

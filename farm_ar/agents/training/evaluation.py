@@ -189,7 +189,7 @@ class Comparison:
         """A row for each."""
         values = self.scores()
         return [
-            {"player": name, **_together(played).as_row(), "runs": len(played), "score": values[name]}
+            {"policy": name, **_together(played).as_row(), "runs": len(played), "score": values[name]}
             for name, played in self.played.items()
         ]
 
@@ -215,13 +215,13 @@ def compare(
         arguments: of the environment, in place of the training's.
         seed: of the policies that need one.
         trust: whether the runs may load code of whoever wrote them, as in `load_policy`.
-        watch: is told, after each episode, what plays and which share of all is done.
+        watch: is told, after each episode, what plays and how far it is, and which share of all is done.
 
     Raises:
         RunError: a folder is no run's.
         OptionError: a policy is not known, or cannot act here; or the runs are of several environments.
     """
-    check_request(runs, beside, which)
+    check_request(runs, beside, which, arguments or {})
     seeds, pairs = held_out(episodes), [policy_and_env(run, which, arguments, trust) for run in runs]
     env = pairs[0][1]
     for run, (_, other) in zip(runs, pairs, strict=True):
@@ -235,7 +235,8 @@ def compare(
     total, count = (len(names) + len(runs)) * episodes, itertools.count(1)
 
     def counted(name: str) -> Callable[[], None]:
-        return lambda: watch(f"{name}, {episodes} held-out episodes", next(count) / total)
+        own = itertools.count(1)
+        return lambda: watch(f"{name}: episode {next(own)} of {episodes}", next(count) / total)
 
     for name in names:
         try:
