@@ -10,7 +10,7 @@ from farm_ar.arrays import BoolArray, FloatArray
 from farm_ar.benchmark.worlds import Example
 from farm_ar.geometry import wrap
 from farm_ar.reid import Identification, Reidentifier
-from farm_ar.reid.base import Assurance
+from farm_ar.reid.answers import Assurance
 from farm_ar.reid.marginals import association_marginals
 from farm_ar.scenes import Scene, Snapshot, visible
 

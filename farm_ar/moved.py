@@ -22,7 +22,7 @@ MOVED = {
     "farm_ar.reid.alternatives": "farm_ar.reid.explanations",
     "farm_ar.reid.association": "farm_ar.reid.fusion.association",
     "farm_ar.reid.certified_pruning": "farm_ar.reid.certificates",
-    "farm_ar.reid.identification": "farm_ar.reid.base",
+    "farm_ar.reid.identification": "farm_ar.reid.answers",
     "farm_ar.reid.k_best": "farm_ar.reid.assignment.solvers",
     "farm_ar.reid.likelihood_options": "farm_ar.reid.likelihood.options",
     "farm_ar.reid.motion_models": "farm_ar.reid.likelihood.motions",

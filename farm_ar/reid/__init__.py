@@ -2,15 +2,9 @@
 
 from farm_ar.reid.adaptive import AdaptiveOptions, AdaptiveReid, Disorder
 from farm_ar.reid.alignment import Alignment, Alternative, align
+from farm_ar.reid.answers import Assurance, Certificate, Identification, IdentificationBatch
 from farm_ar.reid.assignment import SOLVERS, UNASSIGNED, Assignment, k_best, solve_assignment
-from farm_ar.reid.base import (
-    Assurance,
-    Certificate,
-    Identification,
-    IdentificationBatch,
-    Reidentifier,
-    as_reidentifier,
-)
+from farm_ar.reid.base import Reidentifier, as_reidentifier
 from farm_ar.reid.baselines import (
     BASELINES,
     DistanceReid,

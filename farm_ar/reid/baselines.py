@@ -9,8 +9,9 @@ import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.errors import OptionError, SceneError
+from farm_ar.reid.answers import Assurance, Identification
 from farm_ar.reid.assignment.solvers import UNASSIGNED, solve_assignment
-from farm_ar.reid.base import Assurance, Identification, Reidentifier
+from farm_ar.reid.base import Reidentifier
 from farm_ar.reid.categories import codes_in, declared_codes
 from farm_ar.reid.certificates import Choices, PoseMetric, certificate
 from farm_ar.reid.costs import translation_cost

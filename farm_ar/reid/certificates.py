@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
+from farm_ar.reid.answers import Certificate
 from farm_ar.reid.assignment import UNASSIGNED, assign_most
-from farm_ar.reid.base import Certificate
 from farm_ar.reid.costs import rotation_cost, translation_cost
 from farm_ar.scenes import Detections, Layout
 

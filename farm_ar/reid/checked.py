@@ -12,7 +12,8 @@ import numpy as np
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.errors import OptionError
 from farm_ar.reid.alignment import Alignment, Pose, align
-from farm_ar.reid.base import Assurance, Identification, Reidentifier, as_reidentifier
+from farm_ar.reid.answers import Assurance, Identification
+from farm_ar.reid.base import Reidentifier, as_reidentifier
 from farm_ar.reid.plausibility import Finding, check, set_aside
 from farm_ar.reid.plausibility.finding import some
 from farm_ar.reid.registry import load_reid

@@ -9,8 +9,9 @@ import numpy as np
 
 from farm_ar.arrays import FloatArray
 from farm_ar.errors import OptionError, SnapshotError
+from farm_ar.reid.answers import Identification
 from farm_ar.reid.assignment import k_best
-from farm_ar.reid.base import Identification, Reidentifier, as_reidentifier
+from farm_ar.reid.base import Reidentifier, as_reidentifier
 from farm_ar.reid.beliefs import beliefs
 from farm_ar.reid.categories import may_have
 from farm_ar.reid.relational.method import RelationalReid

@@ -8,7 +8,7 @@ import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.errors import SnapshotError
-from farm_ar.reid.base import Identification
+from farm_ar.reid.answers import Identification
 
 
 def accuracy(identification: Identification, truth: Sequence[str | None]) -> float:

@@ -14,6 +14,7 @@ import numpy as np
 from farm_ar.arrays import BoolArray, FloatArray, IntArray, read_only
 from farm_ar.errors import OptionError, SceneError, known_name
 from farm_ar.geometry import world_box
+from farm_ar.reid.answers import Assurance, Identification, IdentificationBatch
 from farm_ar.reid.assignment import (
     SOLVERS,
     UNASSIGNED,
@@ -26,7 +27,7 @@ from farm_ar.reid.assignment import (
     seen_at,
     solve_assignment,
 )
-from farm_ar.reid.base import Assurance, Identification, IdentificationBatch, Reidentifier
+from farm_ar.reid.base import Reidentifier
 from farm_ar.reid.categories import batch_codes, codes_in, declared_codes
 from farm_ar.reid.costs import (
     dimension_cost_of_sides,

@@ -10,8 +10,9 @@ import numpy as np
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.errors import SceneError
 from farm_ar.geometry import rotation_matrix
+from farm_ar.reid.answers import Assurance, Identification
 from farm_ar.reid.assignment import UNASSIGNED, margins_and_runners_up, solve_assignment
-from farm_ar.reid.base import Assurance, Identification, Reidentifier
+from farm_ar.reid.base import Reidentifier
 from farm_ar.reid.categories import codes_in, declared_codes, require_places
 from farm_ar.reid.costs import dimension_cost, orientation_cost, total_cost, translation_cost
 from farm_ar.scenes import UNKNOWN, Detections, Scene, Snapshot

@@ -11,8 +11,9 @@ import numpy as np
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.errors import OptionError, SceneError, known_name
 from farm_ar.geometry import world_box
+from farm_ar.reid.answers import Assurance, Identification
 from farm_ar.reid.assignment import margins_and_runners_up, solve_lsap
-from farm_ar.reid.base import Assurance, Identification, Reidentifier
+from farm_ar.reid.base import Reidentifier
 from farm_ar.reid.categories import require_places
 from farm_ar.reid.costs import rotation_cost, total_cost
 from farm_ar.reid.spatial import TERMS, Term, template_boxes

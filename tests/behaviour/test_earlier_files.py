@@ -16,6 +16,7 @@ from farm_ar.cli import app
 from farm_ar.envs import FarmToTableEnv, first_difference, load_trace, replay
 from farm_ar.envs.trace import GAME_STATE, PLAIN_STATE
 from farm_ar.moved import MOVED
+from farm_ar.reid.answers import Assurance, Identification
 from farm_ar.scenes import builtin_scene, load_scene, load_snapshot, snapshot_to_dict
 from farm_ar.sweeps import Store, Sweep, grid, run_sweep
 
@@ -154,3 +155,11 @@ def test_nothing_of_farm_ar_uses_a_former_name():
     files = [*home.glob("farm_ar/**/*.py"), *home.glob("tests/**/*.py"), *home.glob("docs/*.md")]
     texts = {file: file.read_text(encoding="utf-8") for file in files if file.name != "moved.py"}
     assert [(str(file), former) for file, text in texts.items() for former in MOVED if former in text] == []
+
+
+def test_answers_pickled_before_they_had_a_module_of_their_own_open():
+    answer = Identification(("a",), assurance=Assurance(confidence=np.array([0.5])))
+    today = pickle.dumps(answer, protocol=2)  # which has modules as plain lines
+    before = today.replace(b"cfarm_ar.reid.answers\n", b"cfarm_ar.reid.base\n")
+    assert before.count(b"cfarm_ar.reid.base\n") == 2
+    assert pickle.loads(before).confidence == [0.5]

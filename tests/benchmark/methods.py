@@ -5,7 +5,7 @@ import time
 import numpy as np
 
 from farm_ar.reid import DistanceReid, Identification
-from farm_ar.reid.base import Assurance
+from farm_ar.reid.answers import Assurance
 
 
 class Raises:

@@ -16,7 +16,7 @@ from farm_ar.benchmark.scores import (
     selective,
 )
 from farm_ar.reid import Identification
-from farm_ar.reid.base import Assurance
+from farm_ar.reid.answers import Assurance
 
 
 def scored(outcome: str, confidence: object = None, each: int = 1) -> Scored:

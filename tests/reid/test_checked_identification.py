@@ -18,7 +18,7 @@ from farm_ar.reid import (
     align,
     identify,
 )
-from farm_ar.reid.base import Assurance, Identification
+from farm_ar.reid.answers import Assurance, Identification
 from farm_ar.reid.plausibility import set_aside
 from farm_ar.scenes import Camera, Detections, FieldOfView, Layout, Scene, Snapshot
 

@@ -18,7 +18,8 @@ from farm_ar.reid.adaptive.learning import motion_evidence, rates_evidence
 from farm_ar.reid.adaptive.options import AdaptiveOptions
 from farm_ar.reid.adaptive.pairs import Problem, Surroundings, problem_of
 from farm_ar.reid.adaptive.seeing import motion_prior, seeing_of
-from farm_ar.reid.base import Assurance, Identification, Reidentifier, expected_errors
+from farm_ar.reid.answers import Assurance, Identification, expected_errors
+from farm_ar.reid.base import Reidentifier
 from farm_ar.reid.categories import codes_in, declared_codes
 from farm_ar.reid.likelihood.kernels import decide
 from farm_ar.reid.likelihood.records import Answer

@@ -1,17 +1,11 @@
 """Assignment of labels to detections: the compiled method, the optimum and its margins, solvers by name."""
 
 from farm_ar.reid.assignment.assessment import (
-    Answer,
-    Known,
-    Rule,
-    Seen,
     assess,
     assess_objects,
     fill_costs,
-    known_at,
     known_objects,
     pose_cost,
-    seen_at,
 )
 from farm_ar.reid.assignment.optimum import (
     assign,
@@ -20,6 +14,7 @@ from farm_ar.reid.assignment.optimum import (
     margins,
     margins_and_runners_up,
 )
+from farm_ar.reid.assignment.problem import Answer, Known, Rule, Seen, known_at, seen_at
 from farm_ar.reid.assignment.solvers import (
     SOLVERS,
     UNASSIGNED,

@@ -11,7 +11,8 @@ import numpy as np
 from farm_ar.arrays import FloatArray, IntArray, Record, read_only
 from farm_ar.errors import SnapshotError
 from farm_ar.geometry import diameter
-from farm_ar.reid.base import Assurance, Identification, Reidentifier, as_reidentifier
+from farm_ar.reid.answers import Assurance, Identification
+from farm_ar.reid.base import Reidentifier, as_reidentifier
 from farm_ar.reid.fusion.association import Association, Seen, associate, mean_yaw
 from farm_ar.scenes import UNKNOWN, Camera, Detections, Snapshot
 

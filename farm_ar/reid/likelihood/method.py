@@ -10,13 +10,8 @@ import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray, Record
 from farm_ar.errors import SceneError
-from farm_ar.reid.base import (
-    Assurance,
-    Identification,
-    IdentificationBatch,
-    Reidentifier,
-    expected_errors,
-)
+from farm_ar.reid.answers import Assurance, Identification, IdentificationBatch, expected_errors
+from farm_ar.reid.base import Reidentifier
 from farm_ar.reid.categories import batch_codes, codes_in, declared_codes
 from farm_ar.reid.costs import sorted_log_sides
 from farm_ar.reid.likelihood.densities import side_error, view_probability

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from farm_ar.arrays import FloatArray
 from farm_ar.errors import SnapshotError
-from farm_ar.reid.base import Identification
+from farm_ar.reid.answers import Identification
 from farm_ar.reid.likelihood.kernels import decide
 from farm_ar.reid.likelihood.method import LikelihoodReid
 from farm_ar.reid.likelihood.records import Answer, Found

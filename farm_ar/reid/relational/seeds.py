@@ -9,8 +9,8 @@ import numpy as np
 from farm_ar.arrays import FloatArray
 from farm_ar.kernels import compiled
 from farm_ar.reid.likelihood.records import Known, Reach
-from farm_ar.reid.relational.fitting import move_labels
 from farm_ar.reid.relational.records import Group, Search, Sight
+from farm_ar.reid.relational.weighing import move_labels
 
 MOST_SEEDS = 500
 """Motions of one group that are looked at."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from farm_ar.reid.base import Identification, Reidentifier
+from farm_ar.reid.answers import Identification
+from farm_ar.reid.base import Reidentifier
 from farm_ar.reid.registry import ReidFactory
 from farm_ar.reid.session.method import Session
 from farm_ar.scenes import Scene, Snapshot

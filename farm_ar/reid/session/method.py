@@ -17,7 +17,8 @@ from farm_ar.errors import OptionError, SceneError, SessionError
 from farm_ar.reid.adaptive import AdaptiveReid, Disorder
 from farm_ar.reid.alignment import Alignment, Pose, align, spacing_of
 from farm_ar.reid.alignment.method import CERTAIN
-from farm_ar.reid.base import Identification, Reidentifier
+from farm_ar.reid.answers import Identification
+from farm_ar.reid.base import Reidentifier
 from farm_ar.reid.checked import identify, usable
 from farm_ar.reid.registry import REIDENTIFIERS, ReidFactory, reid_factory
 from farm_ar.reid.session.documents import Recorded, canonical, recorded_from_dict, recorded_to_dict

@@ -14,8 +14,8 @@ from types import MappingProxyType
 import numpy as np
 
 from farm_ar.arrays import FloatArray, Record
+from farm_ar.reid.answers import Assurance, Identification
 from farm_ar.reid.assignment import solve_assignment
-from farm_ar.reid.base import Assurance, Identification
 from farm_ar.scenes import Detections
 
 STILL = 0.1

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 
 from farm_ar.errors import SnapshotError
 from farm_ar.reid import Identification, SpatialOptions, SpatialReid
-from farm_ar.reid.base import Assurance
+from farm_ar.reid.answers import Assurance
 from farm_ar.reid.fusion.tracking import Whereabouts, track
 from farm_ar.scenes import (
     Camera,

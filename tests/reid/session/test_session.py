@@ -8,7 +8,7 @@ import pytest
 from farm_ar.errors import OptionError, SessionError
 from farm_ar.reid import AdaptiveReid, Identification, RigidMotion, Session, identify
 from farm_ar.reid.alignment import moved
-from farm_ar.reid.base import Assurance
+from farm_ar.reid.answers import Assurance
 from farm_ar.reid.session import Aligned, Committed, Confirmed, Corrected, SessionReid
 from farm_ar.scenes import Camera, Detections, FieldOfView, Layout, Scene, Snapshot
 from farm_ar.scenes.layout import NO_CATEGORY

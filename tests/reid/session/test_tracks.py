@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from farm_ar.reid import Identification, Session
-from farm_ar.reid.base import Assurance
+from farm_ar.reid.answers import Assurance
 from farm_ar.reid.session.tracks import Track, hints, with_tracks
 from farm_ar.scenes import Camera, Detections, FieldOfView, Layout, Scene, Snapshot
 
