@@ -25,6 +25,10 @@ from farm_ar.reid.likelihood.kernels import decide
 from farm_ar.reid.likelihood.records import Answer
 from farm_ar.scenes import UNKNOWN, Scene, Snapshot
 
+LIKELIER_THAN_NOT = 0.5
+"""Probability of being none from which a detection may be answered none: that needs evidence, as naming the
+likeliest of many improbable labels does not."""
+
 
 @dataclass(frozen=True, eq=False)
 class Posterior:
@@ -123,7 +127,10 @@ class AdaptiveReid(Reidentifier):
         Raises:
             SnapshotError: a detection's category is not one of the scene's.
         """
-        return expected_errors(self.identify(snapshot).probability, self.scene.layout.labels)
+        probability = np.array(self.identify(snapshot).probability)
+        none = probability[:, -1]
+        none[none < LIKELIER_THAN_NOT] = 0.0
+        return expected_errors(probability, self.scene.layout.labels)
 
     def learn(self, snapshot: Snapshot, labels: Sequence[str | None]) -> Disorder:
         """What is known of the disorder after one more snapshot whose labels were confirmed.
@@ -225,5 +232,5 @@ def _decided(probability: FloatArray, least: float) -> Answer:
         posterior=np.zeros((0, 0)),
     )
     if n:
-        decide(probability, float(least), answer, 0)
+        decide(probability, float(least), LIKELIER_THAN_NOT, answer, 0)
     return answer

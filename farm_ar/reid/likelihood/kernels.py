@@ -194,12 +194,13 @@ def make_exact(ways: Ways, most_exact: int) -> bool:
 
 
 @_compile
-def decide(probability: FloatArray, least: float, answer: Answer, b: int) -> None:
+def decide(probability: FloatArray, least: float, least_none: float, answer: Answer, b: int) -> None:
     """Fill in the answer to snapshot b: labels, each given once, of which most are right on average.
 
     Args:
         probability: (N, M + 1) of each label and of none.
         least: a label less probable than this is not given.
+        least_none: a detection that is none less probably than this is given a label if one is left.
         answer: filled.
         b: the snapshot.
     """
@@ -209,7 +210,8 @@ def decide(probability: FloatArray, least: float, answer: Answer, b: int) -> Non
     for i in range(n):
         for j in range(m):
             cost[i, j] = 1.0 - probability[i, j]
-        cost[i, m + i] = 1.0 - probability[i, m] - 1e-9
+        none = probability[i, m]
+        cost[i, m + i] = 1.0 - none - 1e-9 if none >= least_none else 1.0
     column = np.empty(n, dtype=np.int64)
     assign(cost, column, np.empty(n), np.empty(m + n))
     margin, other = find_margins(cost, column)
@@ -249,7 +251,7 @@ def identify_batch(
                 for i in range(n):
                     for j in range(m + 1):
                         probability[i, j] += ways.posterior[k] * ways.each[k, i, j]
-        decide(probability, least, answer, b)
+        decide(probability, least, 0.0, answer, b)
         if len(answer.probability):
             for j in range(m + 1):
                 for i in range(n):

@@ -127,7 +127,7 @@ class RelationalReid(LikelihoodReid):
         answer.probability[b, :n] = sum(probability for probability, _ in every)
         answer.gone[b] = sum(gone for _, gone in every)
         answer.posterior[b] = weight.sum(axis=0)
-        decide(answer.probability[b, :n], float(self.options.min_confidence), answer, b)
+        decide(answer.probability[b, :n], float(self.options.min_confidence), 0.0, answer, b)
         if self._told is not None:
             for one, probability in zip(found_out, share, strict=True):
                 self._told.append(self._in_world(replace(one.relation, probability=float(probability))))
