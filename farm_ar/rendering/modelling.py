@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from farm_ar.rendering.mesh import Mesh, merged
+from farm_ar.rendering.modelling_scenery import SCENERY
 from farm_ar.rendering.shapes import (
     Colour,
     Polygon,
@@ -255,6 +256,7 @@ BUILDERS: dict[str, Callable[[], Mesh]] = {
     "bunny": bunny,
     "hand-open": partial(hand, False),
     "hand-closed": partial(hand, True),
+    **SCENERY,
 }
 """Builds each model by name."""
 

@@ -86,6 +86,13 @@ def animal(kind: str, colour: Colour) -> tuple[Figure, ...]:
     return tuple(Figure(painted, k * _TILT, ink) for k in range(TILTS))
 
 
+@lru_cache(maxsize=32)
+def figures_of(solid: str, without: tuple[str, ...]) -> tuple[Figure, ...]:
+    """A model in its own colours without some of its parts, by `TILTS`."""
+    mesh = model(solid).without(*without)
+    return tuple(Figure(mesh, k * _TILT) for k in range(TILTS))
+
+
 def directions(view: Pinhole, places: FloatArray, heading: FloatArray) -> tuple[IntArray, FloatArray]:
     """From where things on the table are seen.
 

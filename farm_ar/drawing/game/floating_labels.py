@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from farm_ar.arrays import FloatArray
-from farm_ar.drawing.game.colours import INK, Colour, Image, lighter, luminance
+from farm_ar.drawing.game.colours import INK, WRONG, Colour, Image, lighter, luminance
 from farm_ar.drawing.game.label_placement import box_text
 from farm_ar.drawing.game.pinhole import Pinhole
 from farm_ar.drawing.game.pixels import paste
@@ -47,13 +47,14 @@ class FloatingLabels:
         self._top = top
         self._seen: tuple[Camera, Layout, tuple[int, ...], list[int], FloatArray] | None = None
 
-    def draw(self, image: Image, state: RenderState, view: Pinhole) -> None:
+    def draw(self, image: Image, state: RenderState, view: Pinhole, truth: bool = False) -> None:
         """Write the labels.
 
         Args:
             image: to draw on.
             state: what is believed, and the counters.
             view: the camera.
+            truth: whether those on the wrong object are framed in red.
         """
         unit = image.shape[0] / 480
         letter = max(9, round(_LETTER_PX * unit))
@@ -72,7 +73,13 @@ class FloatingLabels:
             cv2.line(image, begins[k], ends[k], self._bright[index[k]], thin, cv2.LINE_AA)
         for k in written:
             pixels = tags[k].pixels
-            paste(image, pixels, begins[k][0] - pixels.shape[1] // 2, begins[k][1] + tags[k].top)
+            left, top = begins[k][0] - pixels.shape[1] // 2, begins[k][1] + tags[k].top
+            paste(image, pixels, left, top)
+            if truth and state.wrong[index[k]]:
+                right, low = left + pixels.shape[1] - 1, top + pixels.shape[0] - 1
+                cv2.rectangle(
+                    image, (left - 1, top - 1), (right + 1, low + 1), WRONG, max(2, round(2.4 * unit))
+                )
 
     def _in_picture(
         self, state: RenderState, view: Pinhole, shape: tuple[int, ...]

@@ -51,7 +51,7 @@ class GameFrames:
         width, height = self.size
         frame = np.empty((height, width, 3), np.uint8)
         above = self._above.draw(state, labels, beliefs, self._panes[0])
-        headset = self._headset.draw(state, self._panes[1])
+        headset = self._headset.draw(state, self._panes[1], truth=beliefs)
         frame[:, above.shape[1] : above.shape[1] + _GAP_PX] = _GAP_COLOUR
         frame[self._bar :, : above.shape[1]] = above
         frame[self._bar :, above.shape[1] + _GAP_PX :] = headset

@@ -8,7 +8,7 @@ import numpy as np
 from farm_ar.drawing.game import animals
 from farm_ar.drawing.game.atlas import Atlas
 from farm_ar.drawing.game.colours import Colour, Image, darker, label_colours
-from farm_ar.drawing.game.figures import animal, directions
+from farm_ar.drawing.game.figures import animal, directions, figures_of
 from farm_ar.drawing.game.floating_labels import FloatingLabels
 from farm_ar.drawing.game.header import draw_header, header_height
 from farm_ar.drawing.game.marks import displaced
@@ -16,7 +16,7 @@ from farm_ar.drawing.game.overlays import freeze, ice_block, tint_area
 from farm_ar.drawing.game.perspective import upright_places, upright_scale
 from farm_ar.drawing.game.pinhole import Pinhole, before_camera
 from farm_ar.drawing.game.pixels import Distances
-from farm_ar.drawing.game.real_things import RealThings, upright_number
+from farm_ar.drawing.game.real_things import RealThings
 from farm_ar.drawing.game.scenery import Scenery
 from farm_ar.drawing.game.sprites import SHIFT, fixed_point
 from farm_ar.game_logic.render_state import RenderState
@@ -63,12 +63,13 @@ class HeadsetView:
         self._animals = np.array([self._figures(i) for i in range(len(self._colours))], np.int64)
         self._ice = self._atlas.number(_ICE)
 
-    def draw(self, state: RenderState, out: Image | None = None) -> Image:
+    def draw(self, state: RenderState, out: Image | None = None, truth: bool = False) -> Image:
         """The picture of a state, (H, W, 3) red, green, blue.
 
         Args:
             state: of this drawer's scene.
             out: to draw on; a new picture by default.
+            truth: whether labels that are on the wrong object are marked, which the player does not see.
         """
         width, height = self.size
         image = np.empty((height, width, 3), np.uint8) if out is None else out
@@ -83,7 +84,7 @@ class HeadsetView:
         if hand is not None:
             image[hand] = skin  # before all that is virtual
         _dim_outside(image, state.camera, view)
-        self._labels.draw(image, state, view)
+        self._labels.draw(image, state, view, truth)
         if self._header:
             draw_header(image, state)
         return image
@@ -98,23 +99,28 @@ class HeadsetView:
     ) -> None:
         """What moves of itself: the scenery's animals and the game's."""
         living = self._scenery.living(state.seconds)
-        tilt, turn = directions(view, state.animal, state.animal_heading)
+        around = np.array([placed.position for placed in living]).reshape(-1, 2)
+        heading = np.concatenate([[placed.yaw for placed in living], state.animal_heading])
+        where = np.concatenate([around, state.animal])
+        tilt, turn = directions(view, where, heading)
         bunny = self._bunny[state.animal_goal]
         hop = np.abs(np.sin(_HOPS / 2 * state.animal.sum(axis=1))) * np.where(bunny, 0.010, 0.003)
-        numbers, place = self._animals[state.animal_goal, tilt], state.animal
-        if frozen:
-            numbers = np.stack([numbers, np.full_like(numbers, self._ice)], axis=1).reshape(-1)
-            place, hop = np.repeat(place, 2, axis=0), np.repeat(hop, 2)
-            turn = np.stack([turn, np.zeros_like(turn)], axis=1).reshape(-1)
-        around = np.array([upright_number(self._atlas, placed, view) for placed in living], np.int64)
-        where = np.array([placed.position for placed in living]).reshape(-1, 2)
         lift = np.concatenate([np.zeros(len(living)), hop])
-        feet = np.insert(np.concatenate([where, place]), 1, lift, axis=1)
-        art = np.concatenate([around, numbers])
+        grazing = [
+            self._atlas.number(figures_of(placed.thing.solid, placed.thing.without)[step])
+            for placed, step in zip(living, tilt.tolist(), strict=False)
+        ]
+        running = self._animals[state.animal_goal, tilt[len(living) :]]
+        art = np.concatenate([grazing, running]).astype(np.int64)
+        if frozen:
+            ice = len(state.animal)
+            art = np.concatenate([art, np.full(ice, self._ice)])
+            where, lift = np.concatenate([where, state.animal]), np.concatenate([lift, hop])
+            turn = np.concatenate([turn, np.zeros(ice)])
+        feet = np.insert(where, 1, lift, axis=1)
         places, size, distance, near = upright_places(view, feet, self.size)
-        yaw = np.concatenate([np.zeros(len(living)), turn])[near]
         self._atlas.paste_in_space(
-            image, away, art[near], places[near], size[near], distance[near], False, yaw
+            image, away, art[near], places[near], size[near], distance[near], False, turn[near]
         )
 
 

@@ -52,16 +52,21 @@ class RealThings:
         shadow_pixels: int = 640,
     ) -> None:
         self.scene, self.size = scene, size
-        self._scenery, self._atlas = scenery, atlas
+        self._plants, self._atlas = [placed for placed in scenery if placed.thing.side], atlas
         farm = ground.is_farm(scene)
         self._light = Light(shadows=shadow_pixels)
         if not farm:
             self._light = Light(sun=0.45, sky=0.66, ground=0.5, shadows=shadow_pixels)
         self._room = _table(scene) if farm else [_top(scene, 0.0)]
+        self._room += [
+            Instance(placed.thing.mesh, np.insert(placed.position, 1, 0.0), placed.yaw)
+            for placed in scenery
+            if placed.thing.solid
+        ]
         self._walls = [] if farm else _walls(scene.size)
         (w, d), high = scene.size, 0.2 * scene.diagonal
         self._shaded = np.array([(0.0, 0.0, 0.0), (w, high, d)])
-        self._feet = np.array([placed.position for placed in scenery]).reshape(-1, 2)
+        self._feet = np.array([placed.position for placed in self._plants]).reshape(-1, 2)
         self._standing: tuple[tuple[bytes, ...], Renderer] | None = None
         self._key: tuple[bytes, ...] | None = None
         self._image: Image = np.empty((size[1], size[0], 3), np.uint8)
@@ -102,8 +107,8 @@ class RealThings:
         np.copyto(self._image, picture.rgb)
         np.copyto(self._away, picture.depth)
         self._hand = None if hand is None else picture.ids == _HAND
-        if self._scenery:
-            self._draw_scenery(view)
+        if self._plants:
+            self._draw_plants(view)
 
     def _renderer(
         self, view: Pinhole, state: RenderState, held: int | None, buildings: list[Instance]
@@ -122,8 +127,9 @@ class RealThings:
             self._standing = key, Renderer(things, self._light, ground.WALL, True, self._shaded)
         return self._standing[1]
 
-    def _draw_scenery(self, view: Pinhole) -> None:
-        art = np.array([upright_number(self._atlas, placed, view) for placed in self._scenery], np.int64)
+    def _draw_plants(self, view: Pinhole) -> None:
+        sides = [placed.thing.side for placed in self._plants]
+        art = np.array([self._atlas.number(side) for side in sides if side is not None])
         place, size, distance, near = upright_places(view, np.insert(self._feet, 1, 0.0, axis=1), self.size)
         self._atlas.paste_in_space(
             self._image, self._away, art[near], place[near], size[near], distance[near], True
@@ -149,12 +155,6 @@ class CameraPicture:
         view = Pinhole.of(state.camera, width, height)
         self._things.draw(image, state, view)
         return image
-
-
-def upright_number(atlas: Atlas, placed: Placed, view: Pinhole) -> int:
-    """The number of the drawing of a thing as seen from the side to which it turns."""
-    leftwards = np.sin(placed.yaw - view.yaw) < 0
-    return atlas.number(placed.thing.side_left if leftwards else placed.thing.side)
 
 
 def _buildings(state: RenderState) -> list[Instance]:

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from farm_ar.arrays import FloatArray
 from farm_ar.drawing.game.colours import INK, Colour
+from farm_ar.rendering import Mesh, model
 
 _LINE, _SHADOW = 0.0015, 0.005
 
@@ -60,22 +61,26 @@ class Art:
 
 @dataclass(frozen=True, eq=False)
 class Thing:
-    """Something that is drawn from above and from the side.
+    """Something that is drawn from above, and either has a model or is drawn from the side.
 
     Args:
         above: the drawing from above, facing up the page.
-        side: the drawing from the side, facing right.
         radius: room that it takes up, metres.
+        side: the drawing from the side, facing right; None where there is a model.
+        solid: name of the model, "" for none.
+        without: parts of the model that are left out.
     """
 
     above: Art
-    side: Art
     radius: float
+    side: Art | None = None
+    solid: str = ""
+    without: tuple[str, ...] = ()
 
     @cached_property
-    def side_left(self) -> Art:
-        """The drawing from the side, facing left."""
-        return self.side.mirrored()
+    def mesh(self) -> Mesh:
+        """The model."""
+        return model(self.solid).without(*self.without)
 
 
 def polygon(points: npt.ArrayLike, colour: Colour, alpha: int = 255) -> Part:
@@ -110,6 +115,6 @@ def disc(x: float, ahead: float, radius: float, colour: Colour) -> Part:
     return ellipse(x, ahead, radius, radius, colour)
 
 
-def thing(above: tuple[Part, ...], side: tuple[Part, ...], radius: float) -> Thing:
-    """Something with a dark line around it, that throws a shadow."""
-    return Thing(Art(above, _LINE, INK, _SHADOW), Art(side, _LINE, INK), radius)
+def solid_thing(above: tuple[Part, ...], radius: float, solid: str, without: tuple[str, ...] = ()) -> Thing:
+    """Something with a model; from above with a dark line around it, throwing a shadow."""
+    return Thing(Art(above, _LINE, INK, _SHADOW), radius, None, solid, without)

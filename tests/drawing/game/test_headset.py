@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farm_ar.drawing.game.colours import Image, label_colours
+from farm_ar.drawing.game.colours import WRONG, Image, label_colours
 from farm_ar.drawing.game.floating_labels import stack
 from farm_ar.drawing.game.headset import HeadsetView
 from farm_ar.drawing.game.pinhole import NEAR_M, Pinhole, before_camera
@@ -230,3 +230,15 @@ def test_parts_can_be_taken_off_and_gates_opened():
         assert 10 < len(differs) < 2000
         assert np.linalg.norm(differs.mean(axis=0)[::-1] - pixel) < 40
         assert view.draw(moment).tobytes() == whole.tobytes()
+
+
+def test_a_wrong_label_is_marked_only_where_the_truth_is_shown():
+    wrong = np.zeros(len(FARM.layout), dtype=bool)
+    wrong[FARM.layout.labels.index("cyan-hutch")] = True
+    view, moment = HeadsetView(FARM, (480, 480)), replace(start(), wrong=wrong)
+    hidden, shown = view.draw(moment), view.draw(moment, truth=True)
+    assert (hidden == view.draw(start())).all()
+    framed = (shown != hidden).any(axis=-1)
+    assert (shown[framed] == WRONG).all()
+    assert framed.sum() > 200
+    assert (view.draw(start(), truth=True) == hidden).all()
