@@ -198,6 +198,7 @@ def main() -> None:
         port = int(process.stdout.readline())
         for method, more in (
             ("spatial", {}),
+            ("spatial", {"checks": False}),
             ("likelihood", {}),
             ("adaptive", {}),
         ):

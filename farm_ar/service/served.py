@@ -47,6 +47,7 @@ class Served:
         session: of `farm_ar.reid`.
         method: its name.
         options: of the method.
+        checks: whether layout and snapshots are checked, for warnings.
         revision: how often anything was decided; never less than before.
         history: what was decided and not undone: `did`, `revision`, `events`, and what it was about.
         looked: name of the last snapshot; of the revision, before the first one.
@@ -58,6 +59,7 @@ class Served:
     session: Session
     method: str
     options: Mapping[str, Any]
+    checks: bool = True
     revision: int = 1
     history: tuple[Values, ...] = ()
     looked: str = ""
@@ -71,7 +73,8 @@ class Served:
         check_size(body.method, len(body.scene.layout), 1)
         if len(body.scene.layout):
             make(body.scene)  # what it refuses, it refuses now
-        return cls(name, Session(body.scene, make, body.switch_rate), body.method, options, revision)
+        session = Session(body.scene, make, body.switch_rate)
+        return cls(name, session, body.method, options, body.checks, revision)
 
     @classmethod
     def from_row(cls, name: str, row: Values) -> Served:
@@ -82,7 +85,8 @@ class Served:
         """
         make, options = method_of(row["method"], row["options"])
         session = Session.from_dict(row["session"], make)
-        return cls(name, session, row["method"], options, row["revision"], tuple(row["history"]))
+        made = (row["method"], options, row["checks"], row["revision"], tuple(row["history"]))
+        return cls(name, session, *made)
 
     def row(self) -> Values:
         """What is stored of it."""
@@ -90,6 +94,7 @@ class Served:
             "revision": self.revision,
             "method": self.method,
             "options": dict(self.options),
+            "checks": self.checks,
             "history": list(self.history),
             "session": self.session.to_dict(),
         }
@@ -106,7 +111,7 @@ class Served:
         check_size(self.method, len(self.session.scene.layout), len(snapshot.detections))
         session = copy(self.session)
         cameras = [one.camera for one in asked.snapshots] if len(asked.snapshots) > 1 else []
-        found = session.identify(snapshot, cameras)
+        found = session.identify(snapshot, cameras, self.checks)
         looked = hashlib.sha256((self.looked or str(self.revision)).encode() + body).hexdigest()[:16]
         reply = self._head(asked.frame, snapshot.timestamp) | {
             "snapshot": looked,

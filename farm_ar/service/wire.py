@@ -16,6 +16,7 @@ from farm_ar.scenes.documents import (
     NEEDED,
     Document,
     Flag,
+    Kind,
     Listing,
     MismatchError,
     Named,
@@ -39,7 +40,13 @@ MOST_TILT_DEG = 5.0
 """Tilt of a detection beyond which it is said that only headings count."""
 
 _REVISION = Whole(0, 10**12, about="The session's revision that this is decided on; another is answered 409.")
-_OF_SESSION = ("method", "options", "switch_rate", "revision")
+_OF_SESSION = ("method", "options", "switch_rate", "checks", "revision")
+_BESIDE: dict[str, Kind] = {
+    "switch_rate": Number(
+        SHARE, default=0.02, about="How often a track is on another thing at the next snapshot."
+    ),
+    "checks": Flag(default=True, about="Whether layout and snapshots are checked, for warnings."),
+}
 _TURN = re.compile(r"detections\[\d+\]\.(quaternion|matrix)")
 _UNREADABLE = ("must be 4 numbers [x, y, z, w]", "must be 4 rows of 4 numbers", "must be finite")
 """What is said of a rotation that is no rotation at all, and not one in another convention."""
@@ -71,6 +78,7 @@ class LayoutBody(NamedTuple):
     method: str
     options: Mapping[str, Any]
     switch_rate: float
+    checks: bool
     revision: int | None
 
 
@@ -118,15 +126,17 @@ def read_layout(data: dict[str, Any], limits: ServiceLimits) -> LayoutBody:
     _check_count(data.get("objects"), limits.most_objects, "objects")
     method = data.get("method", DEFAULT)
     _, options = method_of(method, data.get("options", {}))
-    switch_rate, revision = data.get("switch_rate", 0.02), data.get("revision")
-    try:
-        switch_rate = Number(SHARE).check(switch_rate)
-    except MismatchError as problem:
-        raise OptionError("switch_rate", problem.expected, problem.got) from None
+    given = dict[str, Any]()
+    for name, kind in _BESIDE.items():
+        try:
+            given[name] = kind.check(data.get(name, kind.default))
+        except MismatchError as problem:
+            raise OptionError(name, problem.expected, problem.got) from None
+    revision = data.get("revision")
     if revision is not None:
         revision = _whole("revision", revision)
     scene = scene_from_dict({name: value for name, value in data.items() if name not in _OF_SESSION})
-    return LayoutBody(scene, method, options, switch_rate, revision)
+    return LayoutBody(scene, method, options, given["switch_rate"], given["checks"], revision)
 
 
 def read_snapshots(data: dict[str, Any], limits: ServiceLimits) -> SnapshotBody:
@@ -206,7 +216,7 @@ def layout_schema() -> dict[str, Any]:
     rule["properties"] |= {
         "method": methods,
         "options": {"anyOf": either, "description": "Of the method; each has others."},
-        "switch_rate": {"type": "number", "minimum": 0, "maximum": 1, "default": 0.02},
+        **{name: kind.schema() for name, kind in _BESIDE.items()},
         "revision": revision,
     }
     return rule

@@ -406,6 +406,23 @@ def test_options_reach_the_method(asked: Asked) -> None:
     assert set(reply["new"]) == {one["detection"] for one in reply["detections"] if one["id"] is None}
 
 
+def test_without_checks_there_are_no_warnings_of_frames_and_the_same_labels(asked: Asked) -> None:
+    scene = builtin_scene("classroom")
+    body = snapshot_body(seen_in(scene))
+    for one in body["detections"]:
+        one["x"], one["z"] = one["x"] + 2.0, one["z"] - 1.0
+    replies = []
+    for checks in (True, False):
+        asked.good("layout", layout_body(scene, method="spatial", checks=checks), f"room-{checks}")
+        replies.append(asked.good("snapshots", body, f"room-{checks}"))
+    checked, unchecked = replies
+    assert any("frame" in text for text in checked["warnings"])
+    assert unchecked["warnings"] == []
+    assert [one["id"] for one in unchecked["detections"]] == [one["id"] for one in checked["detections"]]
+    assert asked.refused("layout", layout_body(scene, checks="no"), "x")[1]["field"] == "checks"
+    assert asked.refused("layout", layout_body(scene, switch_rate=2), "x")[1]["field"] == "switch_rate"
+
+
 def test_limits_are_kept() -> None:
     scene = lab()
     few = served_anew(most_objects=3)

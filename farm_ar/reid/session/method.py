@@ -113,12 +113,15 @@ class Session:
             self._add(Aligned(x, z, radians(degrees(start.turn))))
         return found
 
-    def identify(self, snapshot: Snapshot, cameras: Sequence[Camera] = ()) -> Identification:
+    def identify(
+        self, snapshot: Snapshot, cameras: Sequence[Camera] = (), checks: bool = True
+    ) -> Identification:
         """The label of each detection of a snapshot, in the light of all that is known.
 
         Args:
             snapshot: in the frame of the session.
             cameras: all of them, where the detections are objects that several saw (`fusion.objects_of`).
+            checks: whether scene and snapshot are checked, for warnings.
 
         Raises:
             SnapshotError: the method refuses the snapshot.
@@ -134,10 +137,10 @@ class Session:
             rule = self._reid
             if cameras:
                 rule = _Fused(rule, [in_map(state, replace(came, camera=one)).camera for one in cameras])
-            answer = identify(self.scene, snapshot, rule)
+            answer = identify(self.scene, snapshot, rule, checks=checks)
             if isinstance(self._reid, AdaptiveReid) and any(track.held for track in going.values()):
                 hinted = _Hinted(self._reid, hints(layout.labels, seen, going))
-                given = identify(self.scene, snapshot, hinted)
+                given = identify(self.scene, snapshot, hinted, checks=checks)
         answer, tracks = with_tracks(answer, given, layout.labels, seen, going, self._switch_rate)
         self._add(Looked(came, answer.labels, tracks, doubted_in(answer, came)))
         return answer
