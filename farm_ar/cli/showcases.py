@@ -9,7 +9,7 @@ import typer
 
 from farm_ar.cli.options import Seed, whole
 
-SHOWCASES = {"delivery": 200}
+SHOWCASES = {"delivery": 200, "storytelling": 200, "live": 60, "characters": 100, "shadows": 1}
 """Their names, and the layouts that each tries by default."""
 
 
@@ -18,7 +18,11 @@ def showcase(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Where the results go.")] = Path("out"),
     layouts: Annotated[
         int | None,
-        typer.Option(metavar="N", parser=whole(1, 100_000), help="Random layouts to try; 200 by default."),
+        typer.Option(
+            metavar="N",
+            parser=whole(1, 100_000),
+            help="Random layouts, visits or views to try; 200, 60 or 100 by default.",
+        ),
     ] = None,
     film: Annotated[bool, typer.Option("--film/--no-film", help="Whether films are made.")] = True,
     seed: Seed = 0,
@@ -26,6 +30,10 @@ def showcase(
     """Run one of the showcases: a table by method with 95% intervals, files of the trials, and a film.
 
     delivery: a robot brings something to one of several chairs that look alike and were moved.
+    storytelling: virtual characters sit on the same chairs after somebody moved them.
+    live: the game looks while the hand moves things, and does not pause.
+    characters: a gate that lets animals out, stairs without which they move, seen in the picture.
+    shadows: virtual things and their shadows, before and after a building is moved.
     """
     from farm_ar.cli.options import make_folder
     from farm_ar.cli.output import print_line, print_table, progress

@@ -18,6 +18,7 @@ from farm_ar.envs.window import has_display, has_packages
 from farm_ar.errors import OptionError, known_name
 from farm_ar.game_logic.farm_game import CARRIES
 from farm_ar.game_logic.headset import FIELDS_OF_VIEW
+from farm_ar.game_logic.live import UPDATES
 from farm_ar.game_logic.perception import Perception
 from farm_ar.reid import ReidFactory, reid_factory
 from farm_ar.scenes import Scene
@@ -64,6 +65,7 @@ _AS_EVER = (
     ("gaze", "random"),
     ("oracle_noise", "none"),
     ("render_mode", "human"),
+    ("update", "pause"),
 )
 
 
@@ -103,6 +105,7 @@ class EnvConfig:
         head_noise_deg: SD of the head's turn between the begin of a visit and its snapshot, degrees.
         fov: the headset's field of view, one of `FIELDS_OF_VIEW`.
         gaze: whether each visit has a camera of its own, or the first visit's, one of `GAZES`.
+        update: whether the game looks once, after a visit, or all the time, one of `UPDATES`.
         game: whether there are physics, animals and counters.
         render_mode: one of `render_modes()`, or None.
 
@@ -136,6 +139,7 @@ class EnvConfig:
     head_noise_deg: float = 0.0
     fov: str = "photo"
     gaze: str = "random"
+    update: str = "pause"
     game: bool = True
     render_mode: str | None = None
 
@@ -153,6 +157,7 @@ class EnvConfig:
         self._check_name("session", SESSIONS)
         self._check_name("carry", CARRIES)
         self._check_name("gaze", GAZES)
+        self._check_name("update", UPDATES)
         modes = render_modes()
         none = "" if len(modes) > 1 else "; there is no window (it takes a display and the extra web)"
         expected = f"must be {' or '.join(modes)}, through gym.make also rgb_array_list, or None{none}"
@@ -184,6 +189,7 @@ class EnvConfig:
         self._check("game", isinstance(self.game, bool), "must be True or False")
         if not self.game:
             self._check("control", self.control == "layout", 'must be "layout" without the game')
+            self._check("update", self.update == "pause", 'must be "pause" without the game')
             without = [
                 name for name, terms in REWARDS.items() if not any(t.needs_game for t in terms.values())
             ]

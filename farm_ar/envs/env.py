@@ -185,6 +185,7 @@ class FarmToTableEnv(gym.Env[Any, Any]):
     | `head_noise_deg` | 0 | SD of the head's turn between the begin of a visit and its snapshot |
     | `fov` | `"photo"` | HoloLens 2: 64.7° across and 3 m far, or `"display"`, 43° by 29° and 3 m; the built-in scenes' own fields of view are for other commands |
     | `gaze` | `"random"` | a camera drawn for each visit; or `"still"`, the first visit's for all |
+    | `update` | `"pause"` | one snapshot after a visit, during which animals stand still; or `"live"`: five a second while the hand moves things, the animals run on |
     | `game` | `True` | physics, animals and counters |
     | `render_mode` | `None` | or `"rgb_array"`; or `"human"`: a page in a browser on this machine, with the extra `web` and a display |
 

@@ -10,7 +10,8 @@ from farm_ar.arrays import FloatArray
 from farm_ar.envs.config import EnvConfig
 from farm_ar.envs.perceptions import UnsteadyHead, perception_of
 from farm_ar.game_logic.belief import Sighting, Tracker
-from farm_ar.game_logic.farm_game import FarmGame, Phase
+from farm_ar.game_logic.farm_game import Phase
+from farm_ar.game_logic.live import game_class
 from farm_ar.game_logic.physics.limits import Motion
 from farm_ar.game_logic.physics.tabletop import MotionLimit
 from farm_ar.game_logic.render_state import RenderState
@@ -162,13 +163,13 @@ def new_world(
     if config.head_noise_deg > 0:
         perception = UnsteadyHead(perception, float(np.deg2rad(config.head_noise_deg)))
     if config.game:
-        return FarmGame(
+        return game_class(config.update)(
             scene,
             camera,
             rng,
             layout,
-            make_reid,
-            perception,
+            make_reid=make_reid,
+            perception=perception,
             animals_a_second=config.animals_a_second,
             carry=config.carry,
         )

@@ -102,6 +102,8 @@ class FarmGame:
         self.counters = Counters.zero(len(layout))
         self.flock = Flock(ANIMAL_SPEED_M_S)
         self.sightings: list[Sighting] = []
+        self.missing: dict[int, tuple[str, ...]] = {}
+        self.open_gates: dict[int, float] = {}
         self._shed = int(np.flatnonzero(layout.fixed)[0])
         self._goals = np.flatnonzero(layout.movable)
         self._routes = Routes(self._goals, self._shed, rng)
@@ -172,6 +174,8 @@ class FarmGame:
             animal_heading=self.flock.heading,
             animal_goal=self.flock.goal,
             caption=caption,
+            missing=self.missing,
+            open_gates=self.open_gates,
         )
 
     def state(self) -> dict[str, FloatArray | float]:
@@ -274,6 +278,27 @@ class FarmGame:
             raise OptionError("seconds", f"must be 0 to {LONGEST_PLAY_S:g}", seconds)
         if self.phase is Phase.PLAY:
             self._run(seconds)
+
+    def send(self, animals_a_second: float) -> None:
+        """From now on so many animals leave the shed, all colours together; 0 for none."""
+        clock, n = self.flock.herd.clocks[0], len(self._goals)
+        clock.period = n / animals_a_second if animals_a_second > 0 else np.inf
+        clock.sent = int(np.ceil(clock.now / clock.period * n)) if animals_a_second > 0 else n
+
+    def house(self, label: int, other: int) -> None:
+        """From now on animals of a label go to another label's building and count as its own.
+
+        Args:
+            label: whose animals, those on their way too.
+            other: in whose building; the same for their own again, which those under way elsewhere let be.
+        """
+        routes, animals = self._routes.all, self.flock.herd.animals
+        routes["goal"][np.flatnonzero(self._goals == label)] = other
+        running = self.flock.herd.queue["slot"][: len(self.flock)]
+        if label != other:
+            animals["goal"][running[animals["goal"][running] == label]] = other
+            self.flock.redirect(self.believed.position, np.arange(len(self.truth)) == other)
+        self._led, self._visits["known"] = False, -1
 
     def bring_hand(self) -> None:
         """A hand to steer, at the player's side, out of view."""

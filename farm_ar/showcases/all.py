@@ -6,11 +6,15 @@ from collections.abc import Callable
 from pathlib import Path
 
 from farm_ar.errors import known_name
+from farm_ar.showcases.characters import show_characters
 from farm_ar.showcases.delivery import film_delivery, show_deliveries
+from farm_ar.showcases.live import show_live
+from farm_ar.showcases.shadows import show_shadows
 from farm_ar.showcases.showing import Report, Shown
+from farm_ar.showcases.storytelling import film_story, show_stories, story_of
 
-FILMED_LAYOUT = 6
-"""With the seed 0, one in which the methods filmed disagree."""
+FILMED_LAYOUT, FILMED_STORY = 6, 14
+"""With the seed 0, a delivery in which the methods filmed disagree, and a story with much to see."""
 
 
 def _delivery(out: Path, layouts: int, seed: int, film: bool, report: Report) -> Shown:
@@ -23,9 +27,23 @@ def _delivery(out: Path, layouts: int, seed: int, film: bool, report: Report) ->
     return shown
 
 
+def _storytelling(out: Path, layouts: int, seed: int, film: bool, report: Report) -> Shown:
+    shown = show_stories(out, layouts, seed, report)
+    if film:
+        report("Filming a story", 0.9)
+        shown.paths += film_story(out, story_of(seed, FILMED_STORY), "adaptive", 0.0, "storytelling")
+    return shown
+
+
 Show = Callable[[Path, int, int, bool, Report], Shown]
 
-_SHOWS: dict[str, Show] = {"delivery": _delivery}
+_SHOWS: dict[str, Show] = {
+    "delivery": _delivery,
+    "storytelling": _storytelling,
+    "live": show_live,
+    "characters": show_characters,
+    "shadows": show_shadows,
+}
 
 
 def show(name: str, out: Path, layouts: int, seed: int, film: bool, report: Report) -> Shown:

@@ -12,8 +12,10 @@ import numpy.typing as npt
 from farm_ar.drawing.game.frames import GameFrames
 from farm_ar.game_logic.belief import Sighting
 from farm_ar.game_logic.counters import label_text
-from farm_ar.game_logic.farm_game import HAND_AWAY_S, TICK_S, FarmGame
+from farm_ar.game_logic.events import EventLayer, Parts, PartsDetector
+from farm_ar.game_logic.farm_game import ANIMALS_A_SECOND, HAND_AWAY_S, TICK_S, FarmGame, Phase
 from farm_ar.game_logic.headset import HeadMotion, field_of_view, gaze_target, look_at
+from farm_ar.game_logic.live import LiveGame, game_class
 from farm_ar.game_logic.perception import OraclePerception, Perception
 from farm_ar.game_logic.physics.tabletop import Tabletop
 from farm_ar.game_logic.render_state import RenderState
@@ -31,6 +33,9 @@ EYE = (0.5, -0.375)
 
 PAUSE_S = 1.2
 """How long the result of a snapshot is shown, while the game goes on."""
+
+_CHANGE_S = 1.0
+"""How long it takes to change a part."""
 
 _MOVE_S = 1.3
 """How long the hand takes for a move, on average."""
@@ -65,6 +70,8 @@ class Film:
         key_frames: pictures by name: "1-before", "1-hand", "1-after", and so on for each visit.
         detections: a row for each detection of each snapshot.
         counters: a row for each label, after each visit and at the end.
+        interrupted: frames in which the animals had to stand still.
+        events: a row for each change of a part that was detected.
     """
 
     title: str
@@ -72,6 +79,8 @@ class Film:
     key_frames: dict[str, Image] = field(default_factory=dict)
     detections: list[Row] = field(default_factory=list)
     counters: list[Row] = field(default_factory=list)
+    interrupted: int = 0
+    events: list[Row] = field(default_factory=list)
 
     @property
     def right(self) -> int:
@@ -88,6 +97,7 @@ class ScriptRecorder:
         make_pictures: draws the frames; None where only the tables are wanted.
         report: called after each frame with the share of the script that has been played, about, 0 to 1.
         make_perception: makes what takes the snapshots, for the scene; from true poses by default.
+        parts: says how the parts of real things stand, where they matter; an oracle by default.
 
     Attributes:
         film: the film, complete after the last frame.
@@ -100,6 +110,7 @@ class ScriptRecorder:
         make_pictures: PictureMaker | None = drawn,
         report: Callable[[float], None] = lambda share: None,
         make_perception: Callable[[Scene], Perception] = lambda scene: OraclePerception(),
+        parts: PartsDetector | None = None,
     ) -> None:
         self.film = Film(script.title)
         self._script, self._report = script, report
@@ -110,10 +121,24 @@ class ScriptRecorder:
         self._last: Image | None = None
         self._holding: Image | None = None
         self._caption = ""
-        perception = make_perception(script.scene)
-        self._game = FarmGame(
-            script.scene, self._camera(), self._rng, make_reid=make_reid, perception=perception
+        self._game: FarmGame = game_class(script.update)(
+            script.scene,
+            self._camera(),
+            self._rng,
+            make_reid=make_reid,
+            perception=make_perception(script.scene),
+            animals_a_second=ANIMALS_A_SECOND if script.gate == "open" else 0.0,
         )
+        self._events: EventLayer | None = None
+        if script.watches_parts:
+            shed = int(np.flatnonzero(script.scene.layout.fixed)[0])
+            self._game.open_gates = {shed: float(script.gate == "open")}
+            self._events = EventLayer(self._game, parts)
+
+    @property
+    def game(self) -> FarmGame:
+        """The game, as far as it has been played."""
+        return self._game
 
     @property
     def _share(self) -> float:
@@ -159,7 +184,13 @@ class ScriptRecorder:
             if i == len(visit.moves) // 2:
                 self._keep(f"{name}-hand", self._holding)
             yield
+        for change in visit.changes:
+            standing = change.done(Parts(game.open_gates, game.missing), game.truth)
+            game.open_gates, game.missing = dict(standing.open_gates), dict(standing.missing)
+            self._wait(_CHANGE_S, change.caption)
+            yield
         self._wait(HAND_AWAY_S, "The hand is out of view: one snapshot is taken")
+        self._detect(number)
         sighting = game.end_visit(game.camera)
         self._note(number, sighting)
         seen = [row for row in self.film.detections if row["visit"] == number]
@@ -169,6 +200,12 @@ class ScriptRecorder:
         self._keep(f"{name}-after", self._last)
         self._count(name)
 
+    def _detect(self, visit: int) -> None:
+        """Look how the parts of real things stand; what has changed has its effect."""
+        for event in [] if self._events is None else self._events.look():
+            label = self._game.truth.labels[event.index]
+            self.film.events.append({"visit": visit, "event": event.kind, "of": label})
+
     def _play(self, seconds: float, caption: str) -> None:
         for _ in range(round(seconds * FPS)):
             self._game.play(1 / FPS)
@@ -176,6 +213,8 @@ class ScriptRecorder:
 
     def _wait(self, seconds: float, caption: str) -> None:
         for _ in range(round(seconds * FPS)):
+            if isinstance(self._game, LiveGame):
+                self._game.wait(TICKS_PER_FRAME)
             self._frame(caption)
 
     def _tick(self, table: Tabletop) -> None:
@@ -191,6 +230,7 @@ class ScriptRecorder:
         self._head.step(TICKS_PER_FRAME * TICK_S, self._rng)
         self._game.camera = self._camera()
         self.film.frames += 1
+        self.film.interrupted += self._game.phase is Phase.HAND and not isinstance(self._game, LiveGame)
         if self._pictures is not None:
             self._last = self._pictures.frame(self._game.render_state(caption))
             self._ready.append(self._last)

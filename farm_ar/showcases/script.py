@@ -13,7 +13,9 @@ import numpy as np
 
 from farm_ar.arrays import POSITION, SECONDS, FloatArray
 from farm_ar.errors import InputError
+from farm_ar.game_logic.events import GATE, STAIRS, Parts
 from farm_ar.game_logic.headset import FIELDS_OF_VIEW
+from farm_ar.game_logic.live import UPDATES
 from farm_ar.scenes import BUILTIN, Layout, Scene, builtin_scene, load_scene
 from farm_ar.scenes.documents import DEGREES, Document, Listing, Number, Numbers, Object, Text, Whole, radians
 from farm_ar.scenes.files import read_text
@@ -46,13 +48,29 @@ SCRIPT = Document(
                                 }
                             )
                         ),
+                        "changes": Listing(
+                            Object(
+                                {
+                                    "part": Text((GATE, STAIRS), about="What the hand changes."),
+                                    "of": Text(about="Whose: the shed, or the label of a coop."),
+                                    "to": Text(("open", "closed", "off", "on"), about="How it stands then."),
+                                    "caption": Text(default=None),
+                                }
+                            ),
+                            default=(),
+                            about="What the hand opens, closes, takes off or puts back, after the moves.",
+                        ),
                         "play_s": Number(SECONDS, default=4.0, about="Play before the hand comes."),
                     }
                 )
             ),
             "seed": Whole(0, 2**63 - 1, default=0, about="Of the game's randomness."),
             "fov": Text(tuple(FIELDS_OF_VIEW), default="photo", about="The headset's field of view."),
+            "gate": Text(("open", "closed"), default="open", about="The shed's at the start."),
             "ending_s": Number(SECONDS, default=5.0, about="Play after the last visit."),
+            "update": Text(
+                UPDATES, default="pause", about="pause: one look after a visit; live: all the time."
+            ),
         },
         notes=True,
         about="A game: visits of the hand with its moves. TOML, in metres and degrees.",
@@ -89,16 +107,42 @@ class ScriptedMove:
 
 
 @dataclass(frozen=True)
+class ScriptedChange:
+    """A part of a real thing that the hand changes.
+
+    Args:
+        part: `GATE` or `STAIRS`.
+        of: whose, a label.
+        to: "open" or "closed" for a gate, "off" or "on" for stairs.
+        caption: what is going on.
+    """
+
+    part: str
+    of: str
+    to: str
+    caption: str = ""
+
+    def done(self, parts: Parts, layout: Layout) -> Parts:
+        """How the parts stand then."""
+        index = layout.index(self.of)
+        if self.part == GATE:
+            return parts.with_gate(index, 1.0 if self.to == "open" else 0.0)
+        return parts.with_stairs(index, self.to == "on")
+
+
+@dataclass(frozen=True)
 class ScriptedVisit:
     """Some play, then the hand's moves.
 
     Args:
         moves: in order.
         play: before the hand comes, seconds.
+        changes: of parts, after the moves.
     """
 
     moves: tuple[ScriptedMove, ...]
     play: float = 4.0
+    changes: tuple[ScriptedChange, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -113,6 +157,8 @@ class Script:
         seed: of the game's randomness.
         fov: the headset's field of view, a name in `FIELDS_OF_VIEW`.
         ending: play after the last visit, seconds.
+        update: when the game looks, one of `UPDATES`.
+        gate: whether the shed's is "open" or "closed" at the start.
     """
 
     title: str
@@ -122,11 +168,24 @@ class Script:
     seed: int = 0
     fov: str = "photo"
     ending: float = 5.0
+    update: str = "pause"
+    gate: str = "open"
+
+    @property
+    def watches_parts(self) -> bool:
+        """Whether parts of real things matter in it."""
+        return self.gate != "open" or any(visit.changes for visit in self.visits)
 
 
 def builtin_scripts() -> dict[str, Path]:
     """The scripts that come with farm-ar, by name."""
     folder = Path(str(files("farm_ar.showcases").joinpath("scripts")))
+    return {path.stem: path for path in sorted(folder.glob("*.toml"))}
+
+
+def _further_scripts() -> dict[str, Path]:
+    """Scripts that come with farm-ar beside the paper's demonstrations, by name."""
+    folder = Path(str(files("farm_ar.showcases").joinpath("scripts", "more")))
     return {path.stem: path for path in sorted(folder.glob("*.toml"))}
 
 
@@ -137,7 +196,7 @@ def load_script(path: str | os.PathLike[str]) -> Script:
         ScriptError: it cannot be read, or a value in it cannot be used; names the file and the field.
         SceneError: its scene file cannot be used.
     """
-    file = builtin_scripts().get(str(path), Path(path))
+    file = (builtin_scripts() | _further_scripts()).get(str(path), Path(path))
     if not file.exists():
         expected = f"must be a readable TOML file or one of {', '.join(builtin_scripts())}"
         raise ScriptError("script", expected, str(path))
@@ -171,7 +230,10 @@ def parse_script(text: str, folder: Path, source: str) -> Script:
     visits = []
     for i, visit in enumerate(values["visits"]):
         moves = [_move(m, scene, ("visits", i, "moves", k), source) for k, m in enumerate(visit["moves"])]
-        visits.append(ScriptedVisit(tuple(moves), visit["play_s"]))
+        changes = [
+            _change(c, scene, ("visits", i, "changes", k), source) for k, c in enumerate(visit["changes"])
+        ]
+        visits.append(ScriptedVisit(tuple(moves), visit["play_s"], tuple(changes)))
     return Script(
         title=values["title"] or Path(source).stem,
         scene=scene,
@@ -180,6 +242,8 @@ def parse_script(text: str, folder: Path, source: str) -> Script:
         seed=values["seed"],
         fov=values["fov"],
         ending=values["ending_s"],
+        update=values["update"],
+        gate=values["gate"],
     )
 
 
@@ -211,3 +275,21 @@ def _move(values: dict[str, Any], scene: Scene, place: tuple[str | int, ...], so
     if to is None and by is None:
         by = (0.0, 0.0)
     return ScriptedMove(building, to, by, turn, values["caption"] or f"The hand moves {building}")
+
+
+def _change(
+    values: dict[str, Any], scene: Scene, place: tuple[str | int, ...], source: str
+) -> ScriptedChange:
+    layout, part, of, to = scene.layout, values["part"], values["of"], values["to"]
+    names = {
+        GATE: [name for name, fixed in zip(layout.labels, layout.fixed, strict=True) if fixed],
+        STAIRS: [n for n, category in zip(layout.labels, layout.category, strict=True) if category == "coop"],
+    }[part]
+    states = ("open", "closed") if part == GATE else ("off", "on")
+    if of not in names:
+        raise SCRIPT.fail(
+            (*place, "of"), f"must be one of {', '.join(names) or 'none that has any'}", of, source
+        )
+    if to not in states:
+        raise SCRIPT.fail((*place, "to"), f"must be {' or '.join(states)} for {part}", to, source)
+    return ScriptedChange(part, of, to, values["caption"] or f"{part} of {of}: {to}")

@@ -67,6 +67,8 @@ VARIANTS = [
     (SCENE, {"observation": "pixels"}),
     (MOVE, {"observation": "headset"}),
     (SCENE, {"observation": "headset", "knowledge": "black-box"}),
+    (MOVE, {"update": "live", "moves": 2}),
+    (HAND, {"update": "live", "hand_seconds": 2.0}),
     (MOVE, {"render_mode": "rgb_array"}),
     (SCENE, {"scene": "H1"}),
     (SCENE, {"scene": "M2", "jitter": "hard"}),

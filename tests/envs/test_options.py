@@ -62,6 +62,7 @@ ARGUMENTS = [
     ("session", "learn", "off with reid spatial"),
     ("carry", "throw", "drag, lift"),
     ("gaze", "down", "random, still"),
+    ("update", "later", "live, pause"),
     ("head_noise_deg", -3.0, "a number not below 0"),
     ("animals_a_second", -1.0, "a number not below 0"),
     ("game", "yes", "True or False"),
