@@ -17,9 +17,9 @@ DEFAULT_REID = "adaptive"
 """The method of `farm-ar identify`: the one that is right most often on the benchmark."""
 
 REID_HELP = (
-    "spatial (the paper's), spatial-unity (as its program is), spatial-ungated, spatial-scale-free, "
-    "likelihood, relational, adaptive, nearest, distance, squared-distance, last-known, or module:Class "
-    "of your own, called with the scene."
+    "spatial (the paper's), spatial-unity (as its program is), spatial-3d (in space), spatial-ungated, "
+    "spatial-scale-free, likelihood, relational, adaptive, nearest, distance, squared-distance, last-known, "
+    "or module:Class of your own, called with the scene."
 )
 """What `--reid` takes."""
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from farm_ar.arrays import FloatArray
 from farm_ar.experiments.headroom_report import BOUND, JITTER, PAPER_METHOD, report_of
+from farm_ar.experiments.intervals import Interval, difference_of, interval_of
 from farm_ar.experiments.patterns import PATTERNS, Case, jitter
 from farm_ar.experiments.report import Report
 from farm_ar.experiments.setting import (
@@ -92,18 +93,32 @@ def run_unit(
     reids = {name: make(scene) for name, make in methods.items()}
     if case.noise is not None:
         reids[BOUND] = LikelihoodReid(scene, LikelihoodOptions(noise=case.noise, rates=(case.rates,)))
-    return [
-        _row(unit, name, as_reidentifier(reid, scene).identify_many(case.snapshots), case, layouts)
-        for name, reid in reids.items()
-    ]
-
-
-def _row(unit: Unit, method: str, found: IdentificationBatch, case: Case, layouts: int) -> Row:
+    found = {name: as_reidentifier(reid, scene).identify_many(case.snapshots) for name, reid in reids.items()}
     batch = case.snapshots
     assert batch.truth is not None
-    accuracy = batch_accuracy(found.label, batch.truth, batch.count)
-    mean, _ = mean_and_sd(accuracy)
-    _, sd_of_layouts = mean_and_sd(mean_per_layout(accuracy.reshape(layouts, -1)))
+    each = {
+        name: batch_accuracy(one.label, batch.truth, batch.count).reshape(layouts, -1)
+        for name, one in found.items()
+    }
+    paper = each.get(PAPER_METHOD)
+    return [_row(unit, name, found[name], case, (each[name], paper), rng.spawn(1)[0]) for name in reids]
+
+
+def _row(
+    unit: Unit,
+    method: str,
+    found: IdentificationBatch,
+    case: Case,
+    accuracies: tuple[FloatArray, FloatArray | None],
+    rng: np.random.Generator,
+) -> Row:
+    """The row of a method: its (layouts, P) accuracies, and those of the paper's method where it is run."""
+    batch, (accuracy, paper) = case.snapshots, accuracies
+    assert batch.truth is not None
+    between, gain = interval_of(accuracy, rng), Interval(np.nan, np.nan, np.nan)
+    if paper is not None:
+        gain = difference_of(accuracy, paper, rng)
+    _, sd_of_layouts = mean_and_sd(mean_per_layout(accuracy))
     exists = np.arange(batch.yaw.shape[1]) < batch.count[:, None]
     right = (found.label == batch.truth)[exists]
     row: dict[str, str | int | float | None] = {
@@ -112,9 +127,14 @@ def _row(unit: Unit, method: str, found: IdentificationBatch, case: Case, layout
         "translation_sd_m": unit.translation,
         "rotation_sd_deg": unit.rotation,
         "rule": method,
-        "accuracy": mean,
+        "accuracy": between.mean,
+        "low": between.low,
+        "high": between.high,
+        "over_the_paper": gain.mean,
+        "over_the_paper_low": gain.low,
+        "over_the_paper_high": gain.high,
         "sd_of_layout_means": sd_of_layouts,
-        "layouts": layouts,
+        "layouts": len(accuracy),
         "detections": int(exists.sum()),
     }
     return row | _by_confidence(found.confidence[exists], right)

@@ -1,5 +1,8 @@
 """Every table and figure of the paper is known by its number."""
 
+import re
+from pathlib import Path
+
 import pytest
 from typer.testing import CliRunner
 
@@ -17,6 +20,21 @@ def test_each_has_exactly_one_place(name):
     places = [name in EXPERIMENTS, name in SHOWN_BY, name in ELSEWHERE, name in NOT_GIVEN]
     assert sum(places) == 1
     assert SHOWN_BY.get(name, "table1") in EXPERIMENTS
+
+
+def test_the_page_of_results_names_every_table_and_figure():
+    """And a command, or that there is none, in the same row."""
+    page = (Path(__file__).parents[2] / "docs" / "paper-results.md").read_text()
+    rows = page.split("## Every table and figure")[1].split("\n\n")[1].splitlines()[2:]
+    named = set()
+    for row in rows:
+        first, _, command, state = (cell.strip() for cell in row.strip("|").split("|"))
+        assert command == "–" or command.startswith("`farm-ar ")
+        assert state
+        for kind, numbers in re.findall(r"(Table|Fig)s?\.? ([\d, and to]+)", first):
+            for low, high in re.findall(r"(\d+)(?: to (\d+))?", numbers):
+                named |= {f"{kind.lower()}{n}" for n in range(int(low), int(high or low) + 1)}
+    assert named == set(EVERY)
 
 
 @pytest.mark.parametrize(

@@ -45,6 +45,15 @@ def test_a_unit_gives_a_row_for_each_method_and_the_bound(rows):
     assert rows[0]["answers"] == ""
 
 
+def test_rows_have_intervals_and_paired_gains_over_the_papers_method(rows):
+    for paper, *others in (rows[:4], rows[4:]):
+        assert paper["over_the_paper"] == paper["over_the_paper_low"] == paper["over_the_paper_high"] == 0.0
+        for row in (paper, *others):
+            assert row["low"] <= row["accuracy"] <= row["high"]
+            assert row["over_the_paper"] == pytest.approx(row["accuracy"] - paper["accuracy"])
+            assert row["over_the_paper_low"] <= row["over_the_paper"] <= row["over_the_paper_high"]
+
+
 def test_the_same_randomness_gives_the_same_rows():
     unit = Unit("L1", "two new objects")
     first, second = (

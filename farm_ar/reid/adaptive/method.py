@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from farm_ar.arrays import FloatArray, IntArray
+from farm_ar.arrays import RANGE, FloatArray, IntArray
 from farm_ar.errors import SceneError, SnapshotError
 from farm_ar.reid.adaptive.disorder import Disorder
 from farm_ar.reid.adaptive.fit import MISFIT, doubted, predictive_p_value
@@ -23,7 +23,7 @@ from farm_ar.reid.base import Reidentifier
 from farm_ar.reid.categories import codes_in, declared_codes
 from farm_ar.reid.likelihood.kernels import decide
 from farm_ar.reid.likelihood.records import Answer
-from farm_ar.scenes import UNKNOWN, Scene, Snapshot
+from farm_ar.scenes import UNKNOWN, Camera, Detections, FieldOfView, Scene, Snapshot
 
 LIKELIER_THAN_NOT = 0.5
 """Probability of being none from which a detection may be answered none: that needs evidence, as naming the
@@ -120,6 +120,19 @@ class AdaptiveReid(Reidentifier):
         labels = tuple([None if j == UNKNOWN else names[j] for j in answer.label[0].tolist()])
         solve_time = time.perf_counter() - begin
         return Identification(labels, answer.cost[0], names, solve_time=solve_time, assurance=assurance)
+
+    def identify_objects(self, objects: Detections, cameras: Sequence[Camera]) -> Identification:
+        """The label of each object, seen by one camera or another.
+
+        They are taken for what a single camera sees all round, from amid these and as far as the farthest
+        object: by the last camera alone, what only others saw would be out of view, and so not what it is.
+        """
+        if len(cameras) == 1 or not len(objects):
+            return self.identify(Snapshot(cameras[-1], objects))
+        amid = np.mean([camera.position for camera in cameras], axis=0)
+        reach = 1.001 * float(np.linalg.norm(objects.position - amid, axis=1).max())
+        all_round = FieldOfView(np.pi, np.pi, float(np.clip(reach, RANGE.low, RANGE.high)))
+        return self.identify(Snapshot(Camera(amid, cameras[-1].yaw, all_round), objects))
 
     def problem(self, snapshot: Snapshot) -> tuple[FloatArray, tuple[str | None, ...]]:
         """(N, M + N) expected errors of each label and of each detection's being none; the columns' labels.

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from farm_ar.errors import SnapshotError
-from farm_ar.reid import Identification, SpatialOptions, SpatialReid
+from farm_ar.reid import AdaptiveReid, Identification, SpatialOptions, SpatialReid
 from farm_ar.reid.answers import Assurance
 from farm_ar.reid.fusion.tracking import Whereabouts, track
 from farm_ar.scenes import (
@@ -43,6 +43,18 @@ def turning_head(
         observe(layout, Camera(middle, np.array(t * np.pi / 4), fov), detector or Detector(), rng)
         for t in range(snapshots)
     ]
+
+
+def test_adaptive_takes_what_other_cameras_saw_for_seen() -> None:
+    """By the last camera alone, most of the objects would be out of view, and called none of the labels."""
+    scene, rng = builtin_scene("cafeteria"), np.random.default_rng(0)
+    moved = disturbed(scene, rng, 0.3, 20)
+    snapshots, truths = zip(*turning_head(scene, moved, rng, 8), strict=True)
+    answers = track(AdaptiveReid(scene), snapshots).identifications
+    given = [label for answer in answers for label in answer.labels]
+    true = [label for truth in truths for label in truth]
+    assert len({label for label in true if label}) == len(scene.layout)
+    assert np.mean([a == b for a, b in zip(given, true, strict=True)]) > 0.9
 
 
 def disturbed(scene: Scene, rng: np.random.Generator, metres: float = 0.3, degrees: float = 30) -> Layout:
