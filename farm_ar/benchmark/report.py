@@ -73,6 +73,18 @@ def accuracy_rows(results: Results) -> list[tuple[str, ...]]:
     ]
 
 
+def paired_rows(results: Results) -> list[tuple[str, ...]]:
+    """A row of text for each row of the suite: by how much the first method is oftener right than others."""
+    others = list(dict.fromkeys(other for other, _ in results.paired))
+    return [(row, *(gain(results.paired[other, row]) for other in others)) for row in (*results.rows, "all")]
+
+
+def paired_head(results: Results) -> tuple[str, ...]:
+    """The columns of `paired_rows`."""
+    others = dict.fromkeys(other for other, _ in results.paired)
+    return ("row", *(f"{results.methods[0]} less {other}" for other in others))
+
+
 def method_rows(results: Results, method: str) -> list[tuple[str, ...]]:
     """A row of text for each row of the suite, about one method, under `ROW_HEAD`."""
     rows = []
@@ -151,6 +163,8 @@ def page_of(results: Results) -> str:
         rows=summary_rows(results),
         row_head=ROW_HEAD,
         by_row=[(row, results.rows[row], *cells) for row, *cells in accuracy_rows(results)],
+        paired_head=paired_head(results),
+        paired=paired_rows(results) if results.paired else [],
         parts={method: method_rows(results, method) for method in asked},
         gains=Markup(gain_chart(results, asked)),
         calibrations=[(method, Markup(_calibration_chart(results, method))) for method in stating],

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -13,11 +13,13 @@ from farm_ar.agents.stress import StressOptions, run_stress, summarise
 from farm_ar.benchmark.asking import SIMPLE, Answers
 from farm_ar.benchmark.scores import (
     Calibration,
+    Interval,
     Score,
     Scored,
     calibration,
     coverage_curve,
     mean_score,
+    paired_difference,
     score,
 )
 from farm_ar.envs.generator import scene_of
@@ -43,6 +45,8 @@ class Results:
         calibrations: of each method, over all rows.
         curves: coverage and accuracy of each method's most confident answers.
         breaking: least effort of each method that breaks it; None where it was not looked for.
+        paired: accuracy of the first method less that of each other one asked for, by that and row; the row
+            "all" is of all detections.
         notes: what must be known before the numbers are believed, one sentence each.
     """
 
@@ -55,6 +59,7 @@ class Results:
     calibrations: Mapping[str, Calibration]
     curves: Mapping[str, tuple[Any, Any]]
     breaking: Mapping[str, float] = field(default_factory=dict)
+    paired: Mapping[tuple[str, str], Interval] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
     def values(self) -> dict[str, Any]:
@@ -69,6 +74,10 @@ class Results:
                 "rows": dict(self.rows),
                 "scores": found,
                 "breaking_effort": dict(self.breaking),
+                "paired": [
+                    {"method": self.methods[0], "other": other, "row": row, **one._asdict()}
+                    for (other, row), one in self.paired.items()
+                ],
                 "calibration": {
                     name: {
                         "answers": one.answers.tolist(),
@@ -119,9 +128,34 @@ def results_of(
             notes.append(
                 f"{method} failed on {len(problems)} of {total} snapshots, which count as wrong: {first}"
             )
+    paired = {
+        (other, row): interval
+        for other in methods[1:]
+        if other not in SIMPLE
+        for row, interval in _paired(answers, methods[0], other, tuple(rows))
+    }
     return Results(
-        suite, digest, quick, tuple(methods), rows, scores, calibrations, curves, notes=tuple(notes)
+        suite,
+        digest,
+        quick,
+        tuple(methods),
+        rows,
+        scores,
+        calibrations,
+        curves,
+        paired=paired,
+        notes=tuple(notes),
     )
+
+
+def _paired(answers: Answers, first: str, other: str, rows: Sequence[str]) -> Iterator[tuple[str, Interval]]:
+    """How much oftener one method is right than another, on the same snapshots, by row and in all."""
+    rng = np.random.default_rng(11)
+    both = [[answers[method, row].scored for row in rows] for method in (first, other)]
+    for row, mine, theirs in zip(
+        (*rows, "all"), *([*each, Scored.joined(each)] for each in both), strict=True
+    ):
+        yield row, paired_difference(mine.right, theirs.right, mine, rng)
 
 
 def breaking_effort(

@@ -178,14 +178,21 @@ class Suite:
     def only(self, names: Sequence[str]) -> Suite:
         """The same with some of the rows.
 
+        Args:
+            names: of rows; with an asterisk at the end all that begin so.
+
         Raises:
             OptionError: there is no such row.
         """
+        chosen = set[str]()
         for name in names:
-            if name not in self.by_name:
+            begin = name[:-1] if name.endswith("*") else None
+            found = {one for one in self.by_name if one == name or (begin and one.startswith(begin))}
+            if not found:
                 known = ", ".join(self.by_name)
                 raise OptionError("--rows", f"must be one or several of {known}", name)
-        return Suite(self.name, tuple(row for row in self.rows if row.name in names), self.digest)
+            chosen |= found
+        return Suite(self.name, tuple(row for row in self.rows if row.name in chosen), self.digest)
 
 
 def made_examples(row: Row, seed: int, count: int) -> list[Example]:

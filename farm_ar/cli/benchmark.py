@@ -24,7 +24,10 @@ def benchmark(
         bool, typer.Option("--quick", help="The first snapshots of each row only: a minute.")
     ] = False,
     rows: Annotated[
-        str | None, typer.Option(metavar="ROW,...", help="These rows only; all of them by default.")
+        str | None,
+        typer.Option(
+            metavar="ROW,...", help="These rows only, authors-* those that begin so; all by default."
+        ),
     ] = None,
     data: Annotated[
         Path | None,
@@ -113,6 +116,10 @@ def _show(results: Results, out: Path, as_json: bool) -> None:
         print_line(f"{method} by row")
         head = report.ROW_HEAD[: report.SHORT]
         print_table(head, [row[: report.SHORT] for row in report.method_rows(results, method)], head[1:])
+    if results.paired:
+        print_line("Difference in accuracy on the same snapshots, with 95%")
+        head = report.paired_head(results)
+        print_table(head, report.paired_rows(results), head[1:])
     print_line("")
     print_table(report.HEAD, report.summary_rows(results), report.HEAD[1:])
     for line in (*results.notes, *report.LEGEND):

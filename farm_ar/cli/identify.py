@@ -260,7 +260,11 @@ def _answer(asked: Asked, rule: Reidentifier, seen: Snapshot) -> None:
     affordable = reports.Affordable(rule, asked.scene)
     anchor = _anchor(asked, seen)
     found = identify_in_frame(asked.scene, seen, affordable, asked.frame, anchor=anchor)
-    why = None if asked.explain is None else explanation(rule, found.snapshot, asked.explain)
+    why = (
+        None
+        if asked.explain is None
+        else explanation(rule, found.snapshot, asked.explain, found.identification)
+    )
     if asked.plot is not None and asked.photo is not None:
         from farm_ar.cli.from_image import draw_photo
 

@@ -14,7 +14,6 @@ from farm_ar.arrays import number_in
 from farm_ar.errors import OptionError
 from farm_ar.reid import (
     AdaptiveOptions,
-    AdaptiveReid,
     DistanceReid,
     Identification,
     LikelihoodOptions,
@@ -29,6 +28,7 @@ from farm_ar.reid import (
     load_reid,
 )
 from farm_ar.reid.checked import usable
+from farm_ar.reid.partly_named import adaptive_for
 from farm_ar.reid.plausibility import some
 from farm_ar.reid.registry import MOST_PAIRS
 from farm_ar.scenes import (
@@ -218,7 +218,7 @@ def make_rule(scene: Scene, name: str, choices: Choices) -> Reidentifier:
     if name not in ("spatial", "distance", "squared-distance", "nearest"):
         refuse([("--gate", gate)], with_it)
     if name == "adaptive":
-        return AdaptiveReid(
+        return adaptive_for(scene)(
             scene, AdaptiveOptions(min_confidence=min_confidence or 0.0, confusion=confusion or 0.0)
         )
     if name == "likelihood":
@@ -269,8 +269,14 @@ def decided_by_category(reid: Reidentifier, snapshot: Snapshot, found: Identific
     return [name for name, label, other in named if label != other]
 
 
-def explanation(rule: Reidentifier, snapshot: Snapshot, detection: str) -> str:
+def explanation(rule: Reidentifier, snapshot: Snapshot, detection: str, answer: Identification) -> str:
     """Why a detection, by its id, gets the label that a rule gives it, or none.
+
+    Args:
+        rule: the method.
+        snapshot: in the scene's frame.
+        detection: its id.
+        answer: what `identify` made of it, which may doubt what the method says.
 
     Raises:
         SnapshotError: there is no such detection.
@@ -280,4 +286,8 @@ def explanation(rule: Reidentifier, snapshot: Snapshot, detection: str) -> str:
     if reasons.get(detection):
         return f"{detection} has no label: {reasons[detection]}"
     index = [i for i, reason in enumerate(aside) if reason is None]
-    return explain(rule, some(kept, np.array(index, dtype=np.int64)), detection).words()
+    found = explain(rule, some(kept, np.array(index, dtype=np.int64)), detection)
+    sure = float(answer.confidence[snapshot.detections.ids.index(detection)])
+    if abs(sure - found.confidence) < 0.005 or np.isnan(found.confidence):
+        return found.words()
+    return f"If the snapshot were right as it is, which the warnings doubt: {found.words()}"

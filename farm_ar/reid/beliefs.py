@@ -17,7 +17,7 @@ from farm_ar.scenes import Snapshot
 LEAST, MOST = 0.05, 3
 """The least probability of what is told, and how many ways of moving are told."""
 
-_ALONE = ("gaussian", "exponential", "student")
+_ALONE, _AHEAD = ("gaussian", "exponential", "student"), ("forward", "ahead")
 _WAYS = {
     "forward": "ahead along its heading, all about as far",
     "ahead": "ahead along its heading, each its own way",
@@ -47,7 +47,8 @@ def _of_adaptive(reid: AdaptiveReid, snapshot: Snapshot) -> tuple[str, ...]:
     posterior = reid._posterior(snapshot, None)
     every, motion = posterior.every, posterior.which[:, 0]
     metres = every.scale[every.motions.scale[motion]] * reid._known.spacing
-    ways = [_way(FAMILIES[f].name) for f in every.family[motion].tolist()]
+    headed = bool(posterior.problem.pairs.turned.any())
+    ways = [_way(FAMILIES[f].name, headed) for f in every.family[motion].tolist()]
     share: dict[str, float] = defaultdict(float)
     far: dict[str, float] = defaultdict(float)
     for way, part, length in zip(ways, posterior.share.tolist(), metres.tolist(), strict=True):
@@ -60,11 +61,14 @@ def _of_adaptive(reid: AdaptiveReid, snapshot: Snapshot) -> tuple[str, ...]:
         if share[way] >= LEAST or way == likeliest[0]
     ]
     moved = f"Believed of how each thing moved: {'; or '.join(told)}."
+    if not headed:
+        return (moved,)
     return (moved, _headings(every.motions.heading[motion], posterior.share, reid.options.turn_sds))
 
 
-def _way(family: str) -> str:
-    if family in _ALONE:
+def _way(family: str, headed: bool) -> str:
+    """A family of motions in words; without headings what goes ahead goes anywhere."""
+    if family in _ALONE or (not headed and family.startswith(_AHEAD)):
         return "on its own"
     known = [name for name in _WAYS if family.startswith(name)]
     return _WAYS[max(known, key=len)] if known else family

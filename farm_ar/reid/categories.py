@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from farm_ar.arrays import BoolArray, IntArray, first_wrong
-from farm_ar.errors import SnapshotError
-from farm_ar.scenes import UNKNOWN, Detections, Layout, SnapshotBatch
+from farm_ar.errors import SceneError, SnapshotError
+from farm_ar.scenes import NO_CATEGORY, UNKNOWN, Detections, Layout, SnapshotBatch
 
 CategoryCodes = Mapping[str | None, int]
 """From each category that a scene declares to its index, and from None to `UNKNOWN`."""
@@ -29,7 +29,14 @@ def declared_codes(layout: Layout) -> CategoryCodes:
     """The code of each category of a layout: its index in `layout.categories`.
 
     Of a layout that names no categories, that of every name is `UNKNOWN`.
+
+    Raises:
+        SceneError: it names those of some objects only, which `partly_named` sees to for `adaptive`.
     """
+    if layout.partly_named:
+        i = layout.category.index(NO_CATEGORY)
+        expected = "must be given, as other objects have one: only the method adaptive does without"
+        raise SceneError(f"objects[{i}].category", expected, None)
     if not layout.names_categories:
         return _NoneNamed()
     return {None: UNKNOWN} | {name: code for code, name in enumerate(layout.categories)}
@@ -39,7 +46,7 @@ def may_have(layout: Layout, category: str | None) -> BoolArray:
     """(M,) the labels that a detection of a category may have."""
     if category is None or not layout.names_categories:
         return np.ones(len(layout), dtype=bool)
-    return np.array([name == category for name in layout.category], dtype=bool)
+    return np.array([name in (category, NO_CATEGORY) for name in layout.category], dtype=bool)
 
 
 def require_places(seen: Detections) -> None:

@@ -17,7 +17,7 @@ from farm_ar.reid.base import Reidentifier, as_reidentifier
 from farm_ar.reid.plausibility import Finding, check, set_aside
 from farm_ar.reid.plausibility.finding import some
 from farm_ar.reid.registry import load_reid
-from farm_ar.scenes import WORLD_FRAMES, Detections, Scene, Snapshot
+from farm_ar.scenes import NO_CATEGORY, WORLD_FRAMES, Detections, Scene, Snapshot
 from farm_ar.scenes.worlds import frame_hint
 
 FRAMES = ("map", "unknown")
@@ -84,18 +84,21 @@ def identify_in_frame(
     known_frame(frame)
     rule = _rule(reid, scene)
     snapshot = _without_strange_categories(scene, snapshot)
+    named = snapshot.detections.category
+    place, snapshot = _plainly(scene, snapshot)
     findings: tuple[Finding, ...] = ()
     sure, said, alignment = 1.0, list[str](), None
     if frame == "unknown" or anchor is not None:
-        alignment = align(scene, snapshot, anchor)
+        alignment = align(place, snapshot, anchor)
         snapshot = replace(alignment.apply(snapshot), world=scene.world)
         sure, said = alignment.confidence, _doubts(alignment, anchor)
-    whole = snapshot
+    whole = _named(snapshot, named)
     if checks:
-        findings = check(scene, snapshot)
+        findings = check(place, snapshot)
         said += [one.said for one in findings]
     sure *= float(np.prod([1 - one.doubt for one in findings]))
-    snapshot, reasons = _usable(scene, snapshot, findings)
+    snapshot, reasons = _usable(place, snapshot, findings)
+    snapshot = _named(snapshot, named)
     kept = np.flatnonzero([reason is None for reason in reasons])
     answer = rule.identify(snapshot if len(kept) == len(reasons) else some(snapshot, kept))
     # If the snapshot does not mean what it says, every answer is as probable as any other.
@@ -126,16 +129,30 @@ def usable(scene: Scene, snapshot: Snapshot) -> tuple[Snapshot, tuple[str | None
         snapshot: what was seen, in the scene's frame.
     """
     snapshot = _without_strange_categories(scene, snapshot)
-    return _usable(scene, snapshot, check(scene, snapshot))
+    place, plain = _plainly(scene, snapshot)
+    found, reasons = _usable(place, plain, check(place, plain))
+    return _named(found, snapshot.detections.category), reasons
 
 
 def _without_strange_categories(scene: Scene, snapshot: Snapshot) -> Snapshot:
     """The snapshot; without categories where the scene names none."""
     if scene.layout.names_categories:
         return snapshot
-    seen = snapshot.detections
-    unnamed = Detections.trusted(**vars(seen) | {"category": (None,) * len(seen)})
-    return replace(snapshot, detections=unnamed)
+    return _named(snapshot, (None,) * len(snapshot.detections))
+
+
+def _named(snapshot: Snapshot, category: tuple[str | None, ...]) -> Snapshot:
+    """The snapshot with other categories."""
+    return replace(
+        snapshot, detections=Detections.trusted(**vars(snapshot.detections) | {"category": category})
+    )
+
+
+def _plainly(scene: Scene, snapshot: Snapshot) -> tuple[Scene, Snapshot]:
+    """Both as they are checked and aligned: without categories where the scene has some objects' only."""
+    if not scene.layout.partly_named:
+        return scene, snapshot
+    return scene.unnamed(), _named(snapshot, (None,) * len(snapshot.detections))
 
 
 def _usable(
@@ -157,7 +174,8 @@ def _explained(answer: Identification, scene: Scene, snapshot: Snapshot, kept: I
     for k, (i, label) in enumerate(zip(kept, answer.labels, strict=True)):
         mine = snapshot.detections.category[i]
         if label is None and reasons[k] is None:
-            taken = bool(answer.candidates) and (mine not in left if mine is not None else not left)
+            free = left if mine is None else left & {mine, NO_CATEGORY}
+            taken = bool(answer.candidates) and not free
             reasons[k] = "all labels that it may have are given to others" if taken else "no label fits it"
     return replace(answer, reason=tuple(reasons))
 

@@ -82,7 +82,7 @@ class Explanation:
         if self.given is None:
             return self._undecided()
         text = f"{self.detection} is {_moved(self.given, self.world)}"
-        if self.runner_up is None and np.isfinite(self.margin):
+        if self.runner_up is None and np.isfinite(self.margin) and self.given.terms:
             return (
                 f"{text}; another detection could have that label instead, for {self.margin:.2f} more in all."
             )

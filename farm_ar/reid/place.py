@@ -25,6 +25,9 @@ _TO_USUAL = 2.8
 _SPACING_WEIGHT = 0.25
 """Weight of the spacing in that (geometric) mean."""
 
+_FINE = 10.0
+"""Spacings in the length by which small motions are measured; most of the paper's rooms are less long."""
+
 _FOOTPRINTS = 3.5
 """Spacing and extent of objects of which nothing is known but their size, in diagonals of their footprint."""
 
@@ -52,6 +55,11 @@ class Lengths:
         return _TO_USUAL * math.exp(
             _SPACING_WEIGHT * math.log(self.spacing) + (1 - _SPACING_WEIGHT) * math.log(self.extent)
         )
+
+    @property
+    def fine(self) -> float:
+        """The same for what is assumed of small motions: at most `_FINE` spacings."""
+        return min(self.scene, _FINE * self.spacing)
 
 
 def lengths_of(scene: Scene) -> Lengths:

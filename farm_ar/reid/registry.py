@@ -12,10 +12,10 @@ from types import ModuleType
 from typing import Any
 
 from farm_ar.errors import OptionError
-from farm_ar.reid.adaptive import AdaptiveReid
 from farm_ar.reid.base import Reidentifier, as_reidentifier
 from farm_ar.reid.baselines import BASELINES
 from farm_ar.reid.likelihood.method import LikelihoodReid
+from farm_ar.reid.partly_named import make_adaptive
 from farm_ar.reid.relational.method import RelationalReid
 from farm_ar.reid.spatial import SpatialOptions, SpatialReid
 from farm_ar.reid.spatial_space import SpatialSpaceReid
@@ -33,7 +33,7 @@ REIDENTIFIERS: dict[str, ReidFactory] = {
     "spatial-scale-free": partial(SpatialReid, options=SpatialOptions(weights="scale-free")),
     "likelihood": LikelihoodReid,
     "relational": RelationalReid,
-    "adaptive": AdaptiveReid,
+    "adaptive": make_adaptive,
     **BASELINES,
 }
 """Makes each re-identifier for a scene, with its default options."""
@@ -109,17 +109,16 @@ def imported(name: str, field: str, known: Iterable[str]) -> Callable[..., Any]:
     here = str(Path.cwd())
     if here not in sys.path:
         sys.path.append(here)
-    problem = OptionError(
-        field, "must be module:Class, of a class at the top of a module in this folder or on PYTHONPATH", name
-    )
     try:
-        make = getattr(import_module(module), attribute, None)
+        found = import_module(module)
     except ImportError as missing:
         if missing.name is None or not (module + ".").startswith(missing.name + "."):
             raise
-        raise problem from None
+        expected = f"must name a module in this folder or on PYTHONPATH: there is no {missing.name}"
+        raise OptionError(field, expected, name) from None
+    make = getattr(found, attribute, None)
     if not callable(make):
-        raise problem
+        raise OptionError(field, f"must name a class at the top of {module}{_classes_of(found)}", name)
     return make  # type: ignore[no-any-return]
 
 

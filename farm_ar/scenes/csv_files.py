@@ -127,8 +127,8 @@ class _Row:
                 if text.lower() not in _FLAGS:
                     raise self.fail(column, "must be true or false")
                 found[column] = _FLAGS[text.lower()]
-            elif column in ("category", "track_id") and (text or name == "label"):
-                found[column] = self.text(column)
+            elif column in ("category", "track_id") and text:
+                found[column] = text
         for field, columns in _TOGETHER.items():
             if field in found:
                 found[field] = [found[field][column] for column in columns]

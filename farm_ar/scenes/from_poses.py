@@ -21,7 +21,7 @@ def from_poses(
     quaternion: npt.ArrayLike | None = None,
     matrix: npt.ArrayLike | None = None,
     size: npt.ArrayLike | None = None,
-    category: Sequence[str] | str | None = None,
+    category: Sequence[str | None] | str | None = None,
     bounds: Bounds | npt.ArrayLike | None = None,
     frame: str = "unity",
     units: str = "m",
@@ -38,7 +38,7 @@ def from_poses(
         quaternion: (N, 4) as (x, y, z, w), unit, from the object's axes to the world's; or
         matrix: (N, 4, 4) rigid, likewise, which say the places, too.
         size: (N, 3) width (to the right), height and depth (along the heading), or one for all.
-        category: N of them, or one for all: objects of one category look alike.
+        category: N of them, or one for all: objects of one category look alike; None where not known.
         bounds: within which the objects stand: (P, 2) corners on the frame's floor, or bounds in our frame
             and metres.
         frame: unity, openxr (WebXR's, ARKit's and ARCore's, too) or ros.
@@ -60,7 +60,7 @@ def from_poses(
         name,
         layout=Layout(
             tuple(labels),
-            tuple(category),
+            tuple(one or NO_CATEGORY for one in category),
             poses.position,
             poses.yaw,
             np.broadcast_to(sizes, (n, 3)) if sizes.ndim == 1 else sizes,

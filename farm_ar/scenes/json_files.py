@@ -114,12 +114,9 @@ def scene_from_dict(data: object, source: str | None = None, default_name: str =
 
 
 def _check_names(reader: Reader) -> None:
-    """See that categories are given for all objects or none, and that others name one of them."""
+    """See that templates and symmetries are of categories of the objects."""
     values, objects = reader.values, reader.values["objects"]
     categories = {one["category"] for one in objects}
-    if None in categories and len(categories) > 1:
-        i = [one["category"] for one in objects].index(None)
-        raise reader.fail(("objects", i, "category"), "must be given, as other objects have one", None)
     for i, template in enumerate(values["templates"]):
         if template["category"] not in categories:
             place = ("templates", i, "category")
@@ -192,7 +189,7 @@ def scene_to_dict(scene: Scene) -> dict[str, Any]:
         }
         _leave_out_unknown(entry)
         _write_tilt(entry, layout.yaw, layout.tilt, i)
-        if not layout.names_categories:
+        if layout.category[i] == NO_CATEGORY:
             del entry["category"]
         objects.append(entry | ({"fixed": True} if layout.fixed[i] else {}))
     data: dict[str, Any] = {

@@ -24,7 +24,7 @@ from farm_ar.errors import SceneError
 from farm_ar.scenes.documents import is_text
 
 NO_CATEGORY = "no category"
-"""The category of all objects of a layout that names none: then detections of any category may be any."""
+"""The category of objects of which none is known: detections of any category may be those."""
 
 
 def unknown(name: str, values: FloatArray) -> BoolArray:
@@ -44,7 +44,7 @@ class Layout(Record):
 
     Args:
         labels: N distinct, non-empty names.
-        category: N non-empty categories; objects of one category look alike.
+        category: N non-empty categories; objects of one category look alike; `NO_CATEGORY` where not known.
         position: (..., N, 2) pivots as (x, z), metres, at most 1e6 either way.
         yaw: (..., N) headings, radians, at most 1e6 turns either way; NaN where not known.
         size: (N, 3) width, height, depth, metres, 1e-6 to 1e6; three NaN where not known.
@@ -141,6 +141,11 @@ class Layout(Record):
     def names_categories(self) -> bool:
         """Whether it says what its objects look like."""
         return self.categories != (NO_CATEGORY,)
+
+    @property
+    def partly_named(self) -> bool:
+        """Whether it says of some of its objects what they look like, and not of others."""
+        return self.names_categories and NO_CATEGORY in self.category
 
     @cached_property
     def category_code(self) -> IntArray:

@@ -16,7 +16,7 @@ from farm_ar.geometry import diameter, nearest_site
 from farm_ar.scenes.bounds import Bounds, turned
 from farm_ar.scenes.camera import PAPER_FIELD_OF_VIEW, CameraPath, FieldOfView
 from farm_ar.scenes.documents import is_text
-from farm_ar.scenes.layout import Layout
+from farm_ar.scenes.layout import NO_CATEGORY, Layout
 from farm_ar.scenes.worlds import OURS, World
 
 
@@ -192,6 +192,11 @@ class Scene(Record):
         if self.bounds is None:
             values.pop("diagonal", None)
         return self.trusted(**values)
+
+    def unnamed(self) -> Scene:
+        """The same place, with no object's category known."""
+        layout = replace(self.layout, category=(NO_CATEGORY,) * len(self.layout))
+        return replace(self, layout=layout, templates=(), symmetry={})
 
     def moved(self, shift: npt.ArrayLike = (0.0, 0.0), turn: float = 0.0) -> Scene:
         """The same place in another frame: turned clockwise about the origin, then shifted.

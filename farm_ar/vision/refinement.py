@@ -153,7 +153,7 @@ def refine(image: Image, camera: View, solids: Mapping[str, Solid], guesses: Gue
     return Refined(stage.pose, gain, seen, curvature.reshape(count, 3), flip, opposite)
 
 
-TRIED = 0.02
+TRIED = 0.05
 _STARTS = 3
 _FIRST_STEP, _SECOND_STEP = np.array([0.04, 0.04, 0.07]), np.array([0.01, 0.01, 0.02])
 """Shares of a thing's largest side, and radians."""

@@ -8,6 +8,7 @@ import pytest
 
 from farm_ar.benchmark.answers import read_answers
 from farm_ar.benchmark.asking import Source
+from farm_ar.benchmark.report import page_of
 from farm_ar.benchmark.running import Request, run_benchmark
 from farm_ar.benchmark.suite import Suite, write_folder
 from farm_ar.errors import OptionError, SnapshotError
@@ -72,6 +73,33 @@ def test_scores_are_those_of_the_answers(data: Path):
         assert (honest.coverage, honest.coverage_right) == (1, honest.accuracy)
     mean = np.mean([results.scores["squared-distance", row.name].accuracy for row in rows])
     assert results.scores["squared-distance", "all"].accuracy == mean
+
+
+def test_two_methods_are_compared_on_the_same_snapshots(data: Path):
+    results = run(data, "spatial", f"{METHODS}:Honest")
+    assert set(results.paired) == {(f"{METHODS}:Honest", row) for row in ("board", "lounge-new", "all")}
+    for row in ("board", "lounge-new"):
+        ours, theirs = (results.scores[method, row].accuracy for method in results.methods[:2])
+        found = results.paired[f"{METHODS}:Honest", row]
+        assert found.value == pytest.approx(ours - theirs)
+        assert found.low <= found.value <= found.high
+    counts = [sum(len(one.truth) for one in row.examples) for row in small("board", "lounge-new").rows]
+    together = np.average(
+        [results.paired[f"{METHODS}:Honest", row].value for row in results.rows], weights=counts
+    )
+    assert results.paired[f"{METHODS}:Honest", "all"].value == pytest.approx(together)
+    assert {one["row"] for one in results.values()["paired"]} == {"board", "lounge-new", "all"}
+    assert "Paired differences by row" in page_of(results)
+    assert "Paired" not in page_of(run(data, "spatial"))
+
+
+def test_rows_that_begin_alike_are_chosen_together():
+    suite = small("board", "lounge-new", "lounge")
+    assert [row.name for row in suite.only(["lounge*"]).rows] == ["lounge-new", "lounge"]
+    assert [row.name for row in suite.only(["board", "lounge-new"]).rows] == ["board", "lounge-new"]
+    for wrong in ("*", "chess*", "loung"):
+        with pytest.raises(OptionError, match="--rows: must be one or several of board, "):
+            suite.only([wrong])
 
 
 def test_a_run_begun_again_asks_nothing_twice_and_gives_the_same(data: Path):

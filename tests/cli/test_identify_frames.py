@@ -175,6 +175,13 @@ def test_a_wrong_frame_or_anchor_is_one_line(mistake, before, seen, options, lin
     assert mistake("identify", "--scene", before, "--snapshot", seen, *options).startswith(line)
 
 
+def test_an_explanation_says_when_the_warnings_doubt_it(run, before, elsewhere):
+    asked = ("identify", "--scene", before, "--snapshot", "now.json", "--explain", "0")
+    doubted = run(*asked).stdout
+    assert "If the snapshot were right as it is, which the warnings doubt: 0 is" in doubted
+    assert "If the snapshot" not in run(*asked, "--frame", "unknown").stdout
+
+
 def test_warnings_of_the_command_name_its_options(run, before, elsewhere):
     asked = ("identify", "--scene", before, "--snapshot", "now.json")
     said = run(*asked).stderr

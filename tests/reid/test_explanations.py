@@ -140,6 +140,9 @@ def test_adaptive_says_which_motions_it_believed_in():
     assert together[0].startswith("Believed of how each thing moved: all by one shift")
     blind = told(rng.normal(0, 0.05, (12, 2)), rng.uniform(-np.pi, np.pi, 12))
     assert blind[1].startswith("Headings were believed to tell nothing")
+    unknown = told(rng.normal(0, 0.02, (12, 2)), np.full(12, np.nan))
+    assert len(unknown) == 1
+    assert "heading" not in unknown[0]
 
 
 def test_adaptive_says_why_a_detection_is_none(scene):

@@ -158,7 +158,8 @@ def test_what_has_identify_is_a_reidentifier_and_the_contract_gives_the_rest(mak
         with pytest.raises(OptionError, match="must assign labels by costs"):
             alternatives(reid, batch.snapshot(1), 2)
         with pytest.raises(OptionError, match="must have costs that are sums of terms"):
-            explain(whole, batch.snapshot(1), 0)
+            whole.cost_terms(batch.snapshot(1))
+        assert explain(whole, batch.snapshot(1), 0).words().startswith("0 is ")
     assert as_reidentifier(expected) is expected
     assert not isinstance(scene, Reidentifier)
     with pytest.raises(TypeError, match="abstract"):

@@ -7,6 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from farm_ar.benchmark.suite import made_examples
+from farm_ar.benchmark.worlds import ROWS
 from farm_ar.reid.plausibility import check, frames, set_aside
 from farm_ar.reid.plausibility.frames import Ratio, ratios
 from farm_ar.reid.plausibility.patterns import Variant, log_evidence, places_of
@@ -121,6 +123,16 @@ def test_each_fault_is_found_in_worlds_of_any_scale_and_origin(place, kind):
     found = kinds(scene, wrong)
     assert kind in found
     assert len(found) == len(set(found))
+
+
+@pytest.mark.parametrize("row", ["players-4s", "corridor-4s"])
+def test_a_crowd_that_has_moved_as_far_as_to_others_places_is_not_called_mirrored(row):
+    found = [
+        one.kind
+        for example in made_examples(ROWS[row], 777, 60)
+        for one in check(example.scene, example.snapshot)
+    ]
+    assert "mirrored" not in found
 
 
 def test_that_all_moved_a_little_alike_is_a_seldom_way_of_being_right(monkeypatch):

@@ -41,6 +41,12 @@ WORK = 2e6
 LEAST_NONE = 1e-12
 """Expected detections of what has no label, where none are expected: so that every snapshot has an answer."""
 
+MISFIT, DOUBTED = 1e-3, 0.5
+"""Predictive p-value below which an answer is doubted; power to which probabilities are then taken."""
+
+LEAST_TAIL = 1e-12
+"""The least probability of a larger shift, or turn: what has gone anywhere must not decide alone."""
+
 LEAST_UNSEEN = 1e-9
 """Least probability that a label is not seen."""
 
@@ -228,10 +234,78 @@ def decide(probability: FloatArray, least: float, least_none: float, answer: Ans
 
 
 @_compile
+def chance_of_more(log_product: float, count: int) -> float:
+    """How often the product of so many even random numbers from 0 to 1 is smaller (Fisher's method)."""
+    term = total = 1.0
+    for i in range(1, count):
+        term *= -log_product / i
+        total += term
+    return min(math.exp(log_product) * total, 1.0)
+
+
+@_compile
+def predictive_p_value(known: Known, found: Found, b: int, answer: Answer, k: int) -> float:
+    """How often shifts and turns as large as those of an answer, or larger, come about under model k.
+
+    The probability of a larger shift, or turn, than each is even from 0 to 1 if the model is right; those of
+    shifts and those of turns are combined by Fisher's method, and the lesser value is doubled. Walls, which
+    only shorten shifts, are left out.
+    """
+    labels, models, noise = known.labels, known.models, known.detecting.position_sd
+    shifts, turns, count, turned = 0.0, 0.0, 0, 0
+    for i in range(found.number[b]):
+        j = answer.label[b, i]
+        if j == UNKNOWN or labels.fixed[j]:
+            continue
+        x = found.position[b, i, 0] - labels.position[j, 0]
+        z = found.position[b, i, 1] - labels.position[j, 1]
+        period, turn = labels.period[j], found.yaw[b, i] - labels.yaw[j]
+        tells = period > 0.0 and not math.isnan(turn)
+        farther, wider = 0.0, 0.0
+        for p in range(models.share.shape[1]):
+            share = models.share[k, p]
+            if share == 0.0:
+                continue
+            sd = models.translation_sd[models.part[k, p, 0]]
+            farther += share * math.exp(-0.5 * (x * x + z * z) / (sd * sd + noise * noise))
+            if tells:
+                table = models.heading[models.part[k, p, 1], labels.table[j]]
+                angle = abs(turn - period * round(turn / period))
+                first = min(int(angle / (period / 2) * (len(table) - 1)), len(table) - 1)
+                wider += share * table[first:].sum() / table.sum()
+        shifts += math.log(max(farther, LEAST_TAIL))
+        count += 1
+        if tells:
+            turns += math.log(max(wider, LEAST_TAIL))
+            turned += 1
+    if count == 0:
+        return 1.0
+    value = chance_of_more(shifts, count)
+    return min(1.0, 2.0 * min(value, chance_of_more(turns, turned))) if turned > 0 else value
+
+
+@_compile
+def doubt(probability: FloatArray) -> None:
+    """Make (N, M + 1) probabilities say the same less surely."""
+    for row in probability:
+        total = 0.0
+        for j in range(len(row)):
+            row[j] = row[j] ** DOUBTED
+            total += row[j]
+        row /= total
+
+
+@_compile
 def identify_batch(
-    known: Known, eyes: Eyes, found: Found, least: float, most_exact: int, answer: Answer
+    known: Known,
+    eyes: Eyes,
+    found: Found,
+    least: float,
+    most_exact: int,
+    answer: Answer,
+    p_value: FloatArray,
 ) -> None:
-    """Identify B snapshots; fills in the answer, which comes filled with nothing."""
+    """Identify B snapshots; fills in the answer, which comes filled with nothing, and (B,) p-values."""
     count, m = len(known.models.log_prior), len(known.labels.yaw)
     for b in range(len(found.number)):
         n = found.number[b]
@@ -251,7 +325,12 @@ def identify_batch(
                 for i in range(n):
                     for j in range(m + 1):
                         probability[i, j] += ways.posterior[k] * ways.each[k, i, j]
-        decide(probability, least, 0.0, answer, b)
+        decide(probability, 0.0, 0.0, answer, b)
+        p_value[b] = predictive_p_value(known, found, b, answer, int(np.argmax(ways.posterior)))
+        if p_value[b] < MISFIT:
+            doubt(probability)
+        if p_value[b] < MISFIT or least > 0.0:
+            decide(probability, least, 0.0, answer, b)
         if len(answer.probability):
             for j in range(m + 1):
                 for i in range(n):

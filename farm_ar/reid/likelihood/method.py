@@ -15,7 +15,7 @@ from farm_ar.reid.base import Reidentifier
 from farm_ar.reid.categories import batch_codes, codes_in, declared_codes
 from farm_ar.reid.costs import sorted_log_sides
 from farm_ar.reid.likelihood.densities import side_error, view_probability
-from farm_ar.reid.likelihood.kernels import identify_batch
+from farm_ar.reid.likelihood.kernels import MISFIT, identify_batch
 from farm_ar.reid.likelihood.motions import DetectionNoise, motion_log_density
 from farm_ar.reid.likelihood.options import LikelihoodOptions, category_table, model_arrays
 from farm_ar.reid.likelihood.records import (
@@ -101,8 +101,8 @@ class LikelihoodReid(Reidentifier):
             fixed=np.array(layout.fixed),
             room=np.array((np.inf, np.inf) if self._room is None else self._room.size),
         )
-        self._models, self._motions = model_arrays(self._lengths.scene, self.options, kinds)
-        self._noise = self.options.detection or DetectionNoise.usual(self._lengths.scene)
+        self._models, self._motions = model_arrays(self._lengths, self.options, kinds)
+        self._noise = self.options.detection or DetectionNoise.usual(self._lengths.fine)
         self._detecting = Detecting(
             position_sd=float(self._noise.position_sd),
             log_side_sd=float(self.options.size_sd),
@@ -125,7 +125,8 @@ class LikelihoodReid(Reidentifier):
         """
         seen, found = snapshot.detections, self._found_in(snapshot)
         begin = time.perf_counter()
-        answer = self._answer(_one(snapshot.camera), found, details=True)
+        p_value = np.ones(1)
+        answer = self._answer(_one(snapshot.camera), found, details=True, p_value=p_value)
         solve_time = time.perf_counter() - begin
         names = self.scene.layout.labels
         assurance = Assurance(
@@ -134,7 +135,7 @@ class LikelihoodReid(Reidentifier):
             confidence=answer.confidence[0],
             probability=answer.probability[0],
             gone=answer.gone[0],
-            warnings=self._warnings(len(seen), bool(answer.exact[0])),
+            warnings=self._warnings(len(seen), bool(answer.exact[0]), bool(p_value[0] >= MISFIT)),
         )
         labels = tuple([None if j == UNKNOWN else names[j] for j in answer.label[0].tolist()])
         return Identification(labels, answer.cost[0], names, solve_time=solve_time, assurance=assurance)
@@ -254,7 +255,10 @@ class LikelihoodReid(Reidentifier):
         position, yaw = self._position(cameras.position), self._heading(cameras.yaw)
         return Eyes(np.array(position), np.array(yaw), np.array(cameras.pitch), height)
 
-    def _answer(self, cameras: Camera, found: Found, details: bool) -> Answer:
+    def _answer(
+        self, cameras: Camera, found: Found, details: bool, p_value: FloatArray | None = None
+    ) -> Answer:
+        """The answer to B snapshots; fills (B,) predictive p-values where they are asked for."""
         rows, shape = found.yaw.shape[0] if details else 0, found.yaw.shape
         labels, models = len(self._labels.yaw), len(self._models.log_prior)
         answer = Answer(
@@ -269,7 +273,8 @@ class LikelihoodReid(Reidentifier):
             posterior=np.zeros((rows, models)),
         )
         least, most_exact = float(self.options.min_confidence), self.options.most_exact
-        identify_batch(self._known(cameras), self._eyes(cameras), found, least, most_exact, answer)
+        fits = np.ones(shape[0]) if p_value is None else p_value
+        identify_batch(self._known(cameras), self._eyes(cameras), found, least, most_exact, answer, fits)
         return answer
 
     def _known(self, camera: Camera) -> Known:
@@ -290,13 +295,18 @@ class LikelihoodReid(Reidentifier):
             occlusion=bool(self.options.occlusion),
         )
 
-    def _warnings(self, detections: int, exact: bool) -> tuple[str, ...]:
-        if exact or not detections:
-            return ()
-        said = f"{detections} detections: probabilities are by belief propagation, mostly within .02"
-        if detections > _NEARLY_ALL * len(self._labels.yaw):
-            said += ", but poor where nearly all labels are seen, as here"
-        return (said,)
+    def _warnings(self, detections: int, exact: bool, fits: bool) -> tuple[str, ...]:
+        said = []
+        if detections and not exact:
+            one = f"{detections} detections: probabilities are by belief propagation, mostly within .02"
+            poor = detections > _NEARLY_ALL * len(self._labels.yaw)
+            said.append(one + (", but poor where nearly all labels are seen, as here" if poor else ""))
+        if not fits:
+            said.append(
+                "no motion that is thought possible explains these poses, so confidence was lowered: "
+                "check the frame, the units and the headings of the snapshot"
+            )
+        return tuple(said)
 
 
 def _one(camera: Camera) -> Camera:

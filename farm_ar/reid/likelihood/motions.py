@@ -6,6 +6,7 @@ noise; two, a narrow and a wide one, say that most things stay and few move far,
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -209,11 +210,13 @@ class NoisePrior:
     """A weak prior over how much things move: all of them somewhat, or few of them far.
 
     Metres are those of a scene of the usual length (`place.USUAL_LENGTH_M`); they shrink and grow with it.
+    The least of them, and what stays, do not grow beyond the look-alikes' spacing: in a warehouse of many
+    things close together they stay small, and further levels reach down to them.
 
     Args:
         translation_m: least and greatest SD of x and of z, metres.
         rotation_deg: least and greatest SD of the heading, degrees.
-        levels: how many SDs of each are tried, evenly spaced by ratio.
+        levels: how many SDs of each are tried at the least, evenly spaced by ratio.
         few_move_far: probability that most things stay and few move far.
 
     Raises:
@@ -235,15 +238,22 @@ class NoisePrior:
         if not 0 <= self.few_move_far <= 1:
             raise OptionError("few_move_far", "must be a probability", self.few_move_far)
 
-    def models(self, length: float) -> list[tuple[float, Mixture]]:
-        """The probability of each motion model, and its components, in a scene of a length, metres."""
-        scale = length / USUAL_LENGTH_M
-        shifts = scale * np.geomspace(*self.translation_m, self.levels[0])
+    def models(self, length: float, fine: float | None = None) -> list[tuple[float, Mixture]]:
+        """The probability of each motion model, and its components.
+
+        Args:
+            length: of the scene, metres.
+            fine: the length by which the least motions are measured, at most the scene's, as by default.
+        """
+        fine = length if fine is None else fine
+        scale, small = length / USUAL_LENGTH_M, fine / USUAL_LENGTH_M
+        least, greatest = small * self.translation_m[0], scale * self.translation_m[1]
+        shifts = np.geomspace(least, greatest, self._levels(length / fine))
         turns = np.deg2rad(np.geomspace(*self.rotation_deg, self.levels[1]))
         all_move: list[Mixture] = [(Motion(1.0, float(s), float(t)),) for s in shifts for t in turns]
         few_move: list[Mixture] = [
             (
-                Motion(1 - FEW_MOVED, scale * stay_m, float(np.deg2rad(stay_deg))),
+                Motion(1 - FEW_MOVED, small * stay_m, float(np.deg2rad(stay_deg))),
                 Motion(FEW_MOVED - ANYWHERE, scale * far_m, float(np.deg2rad(far_deg))),
                 Motion(ANYWHERE, length / 2, float(np.deg2rad(self.rotation_deg[1]))),
             )
@@ -252,6 +262,14 @@ class NoisePrior:
         ]
         families = ((1 - self.few_move_far, all_move), (self.few_move_far, few_move))
         return [(share / len(some), one) for share, some in families if share > 0 for one in some]
+
+    def _levels(self, times: float) -> int:
+        """How many levels there are where the least SD is so many times smaller beside the greatest."""
+        least, greatest = self.translation_m
+        usual = self.levels[0]
+        if usual < 2 or greatest == least:
+            return usual
+        return usual + math.ceil((usual - 1) * math.log(times) / math.log(greatest / least) - 1e-9)
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from farm_ar.reid.likelihood.motions import (
 )
 from farm_ar.reid.likelihood.records import Models
 from farm_ar.reid.marginals import MOST_EXACT
+from farm_ar.reid.place import Lengths
 from farm_ar.reid.registration import concentration_of
 
 _POINTS = 32
@@ -91,11 +92,15 @@ def category_table(categories: int, confusion: float) -> FloatArray:
 
 
 def model_arrays(
-    length: float, options: LikelihoodOptions, kinds: FloatArray
+    lengths: Lengths, options: LikelihoodOptions, kinds: FloatArray
 ) -> tuple[Models, list[tuple[Motion, ...]]]:
-    """The models as arrays, in a scene of a length, metres; the motions of each."""
-    given, detection = options.noise, options.detection or DetectionNoise.usual(length)
-    mixtures = given.models(length) if isinstance(given, NoisePrior) else [(1.0, tuple(given))]
+    """The models as arrays, in a scene of such lengths; the motions of each."""
+    given, detection = options.noise, options.detection or DetectionNoise.usual(lengths.fine)
+    mixtures = (
+        [(1.0, tuple(given))]
+        if not isinstance(given, NoisePrior)
+        else given.models(lengths.scene, lengths.fine)
+    )
     every = [(share, motions, rates) for share, motions in mixtures for rates in options.rates]
     # The first scale is that of what never moves.
     shifts = [0.0, *sorted({motion.translation_sd for _, motions in mixtures for motion in motions})]

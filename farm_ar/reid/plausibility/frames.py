@@ -172,7 +172,7 @@ def _conventions(places: Places, given: Variant, world: World) -> Hypotheses:
         mirrored += _mirrored(position, yaw, pivot, world)
     for turned in (np.pi / 2 - yaw, yaw, -yaw):
         exchanged = " and ".join(sorted(world.floor_axes))
-        mirrored.append((f"{exchanged} exchanged", Variant(position[:, ::-1], turned, 0.0)))
+        mirrored.append((f"{exchanged} exchanged", Variant(position[:, ::-1], turned, 0.0, True)))
     units = []
     coordinates = np.count_nonzero(position)  # what is exactly 0 is so in any unit
     for name, metres in UNITS.items():
@@ -200,7 +200,8 @@ def _mirrored(
 ) -> Iterator[tuple[str, Variant]]:
     for axis, sides in zip(world.floor_axes, ((-1.0, 1.0), (1.0, -1.0)), strict=True):
         for turned in (-yaw, np.pi - yaw, yaw):
-            yield f"{axis} the other way", Variant(pivot + (position - pivot) * sides, turned, 0.0)
+            there = pivot + (position - pivot) * sides
+            yield f"{axis} the other way", Variant(there, turned, 0.0, True)
 
 
 class _Motion(NamedTuple):
@@ -224,7 +225,8 @@ def _moved(places: Places, category: IntArray, given: Variant, world: World) -> 
             continue
         motion, log_share = found
         there = motion.position(position)
-        variants = [Variant(there, motion.yaw(yaw), log_share) for yaw in headings]
+        mirrored = kind == "mirrored"
+        variants = [Variant(there, motion.yaw(yaw), log_share, mirrored) for yaw in headings]
         evidence = float(log_mean(log_evidence(places, category, variants)[None])[0])
         shift = np.linalg.norm(there - given.position, axis=1)
         turn = float(wrap(motion.turn))

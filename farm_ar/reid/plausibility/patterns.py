@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from farm_ar.arrays import FloatArray, IntArray
+from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.geometry import diameter
 from farm_ar.geometry.angles import FULL_TURN
 from farm_ar.scenes import UNKNOWN, Bounds, Scene
@@ -30,6 +30,10 @@ SHIFTS = 7
 """Scales of shift, even by ratio, from `LEAST_SHIFT` of the spacing to the extent."""
 
 LEAST_SHIFT = 0.03
+
+CLOSE = 0.35
+"""Scale of shift, by the spacing, up to which mirrored places are believed: where things have moved as far as
+to others' places, as in a crowd after seconds, these fit as well by chance."""
 
 TURNS = (0.03, 0.1, 0.35, 1.0)
 """Scales of turn, radians, beside headings that tell nothing."""
@@ -51,11 +55,19 @@ class Places(NamedTuple):
 
 
 class Variant(NamedTuple):
-    """A snapshot written down otherwise: places (N, 2), headings (N,), logarithm of the change of volume."""
+    """A snapshot written down otherwise.
+
+    Args:
+        position: (N, 2) places, metres.
+        yaw: (N,) headings, radians.
+        log_volume: logarithm of the change of volume.
+        close: whether it counts only as far as things are then close to where they were: `CLOSE`.
+    """
 
     position: FloatArray
     yaw: FloatArray
     log_volume: float
+    close: bool = False
 
 
 def places_of(scene: Scene) -> Places:
@@ -99,14 +111,18 @@ def log_evidence(
     weight = allowed * (np.ones(m) if likely is None else likely + 1e-6)
     share = weight / weight.sum(axis=1, keepdims=True)
     step = max(1, MOST_CELLS // max(1, n * m * (SHIFTS + len(TURNS))))
+    close = np.array([one.close for one in variants])
     parts = [
-        _log_evidence(places, share, position[k : k + step], yaw[k : k + step]) for k in range(0, h, step)
+        _log_evidence(places, share, position[k : k + step], yaw[k : k + step], close[k : k + step])
+        for k in range(0, h, step)
     ]
     total: FloatArray = np.concatenate(parts) + np.array([one.log_volume for one in variants])
     return total
 
 
-def _log_evidence(places: Places, share: FloatArray, position: FloatArray, yaw: FloatArray) -> FloatArray:
+def _log_evidence(
+    places: Places, share: FloatArray, position: FloatArray, yaw: FloatArray, close: BoolArray
+) -> FloatArray:
     square = ((position[:, :, None] - places.position) ** 2).sum(axis=-1)
     widths = np.geomspace(LEAST_SHIFT * places.spacing, max(places.extent, places.spacing), SHIFTS)
     shift = np.exp(-square[..., None, :] / (2 * widths[:, None] ** 2)) / (2 * np.pi * widths[:, None] ** 2)
@@ -118,7 +134,9 @@ def _log_evidence(places: Places, share: FloatArray, position: FloatArray, yaw: 
     anywhere = 0.5 * np.exp(-away / (2 * wide)) / (2 * np.pi * wide)
     anywhere = anywhere + 0.5 * places.extent / (2 * np.pi * (away + wide) ** 1.5)
     each = (1 - ANYWHERE) * fits + ANYWHERE * anywhere[..., None, None] / FULL_TURN
-    total = np.log(np.maximum(each, 1e-300)).sum(axis=1).reshape(len(position), -1)
+    total = np.log(np.maximum(each, 1e-300)).sum(axis=1)
+    total[np.ix_(close, widths > CLOSE * places.spacing)] = -np.inf
+    total = total.reshape(len(position), -1)
     if places.bounds is not None:
         total += np.log(OUTSIDE) * (~places.bounds.contains(position)).sum(axis=1)[:, None]
     return log_mean(total)

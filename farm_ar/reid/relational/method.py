@@ -87,8 +87,10 @@ class RelationalReid(LikelihoodReid):
         rule.identify(snapshot)
         return tuple(sorted(rule._told, key=lambda one: -one.probability))
 
-    def _answer(self, cameras: Camera, found: Found, details: bool) -> Answer:
-        answer = super()._answer(cameras, found, details=True)
+    def _answer(
+        self, cameras: Camera, found: Found, details: bool, p_value: FloatArray | None = None
+    ) -> Answer:
+        answer = super()._answer(cameras, found, details=True)  # shared motions may explain what does not fit
         for b in range(len(found.number)):
             n = int(found.number[b])
             if n:

@@ -123,7 +123,7 @@ def test_unknown_noise_is_averaged_over_by_how_probable_it_makes_the_snapshot():
         every.append((np.log(share) + log_evidence, one.identify(snapshot).probability))
 
     class Two(NoisePrior):
-        def models(self, length: float):
+        def models(self, length: float, fine: float | None = None):
             return motions
 
     reid = LikelihoodReid(scene, LikelihoodOptions(noise=Two(), **sure))
