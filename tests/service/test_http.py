@@ -1,5 +1,6 @@
 """The service on a port: who may ask, what is too large or too slow, and who is told what happens."""
 
+import asyncio
 import json
 import socket
 import ssl
@@ -24,7 +25,7 @@ from farm_ar.errors import OptionError
 from farm_ar.service.access import Access
 from farm_ar.service.client import ServiceSession
 from farm_ar.service.limits import ServiceLimits
-from farm_ar.service.network import lan_address, pin_of, qr_code, self_signed
+from farm_ar.service.network import lan_address, listening, pin_of, qr_code, self_signed
 from farm_ar.service.recording import Recorder, replay
 from farm_ar.service.service import Service
 from farm_ar.service.store import Store
@@ -314,6 +315,27 @@ def test_the_certificate_is_kept_for_pinning_and_is_for_the_address(tmp_path: Pa
     assert pin_of(tmp_path / "certificate.pem") == made.pin
     (tmp_path / "certificate.pem").write_text("nothing")
     assert self_signed(tmp_path, "192.0.2.7").pin != made.pin
+
+
+def test_answers_are_sent_at_once() -> None:
+    """Without TCP_NODELAY each answer waits 40 ms for the other side's acknowledgement."""
+    at = listening("127.0.0.1", 0)
+    options = []
+
+    async def one() -> None:
+        def met(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+            line = writer.get_extra_info("socket")
+            options.append(line.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY))
+            writer.close()
+
+        async with await asyncio.start_server(met, sock=at):
+            reader, writer = await asyncio.open_connection("127.0.0.1", at.getsockname()[1])
+            await reader.read()
+            writer.close()
+            await writer.wait_closed()
+
+    asyncio.run(one())
+    assert options == [1]
 
 
 def test_a_qr_code_is_a_square_of_blocks() -> None:
