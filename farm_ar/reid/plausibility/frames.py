@@ -186,7 +186,7 @@ def _conventions(places: Places, given: Variant, world: World) -> Hypotheses:
     every = {
         "mirrored": mirrored,
         "units": units,
-        "headings": [(how, Variant(position, turned, 0.0)) for how, turned in ways.items()],
+        "headings": [(how, Variant(position, turned, 0.0, True)) for how, turned in ways.items()],
     }
     telling = np.count_nonzero(np.nan_to_num(yaw))
     if telling >= 2 and np.nanmax(np.abs(yaw)) <= 2 * np.pi / RADIAN:

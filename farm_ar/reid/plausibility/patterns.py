@@ -32,8 +32,8 @@ SHIFTS = 7
 LEAST_SHIFT = 0.03
 
 CLOSE = 0.35
-"""Scale of shift, by the spacing, up to which mirrored places are believed: where things have moved as far as
-to others' places, as in a crowd after seconds, these fit as well by chance."""
+"""Scale of shift, by the spacing, up to which mirrored places or other headings are believed: where things
+have moved as far as to others' places, as in a crowd after seconds, either fits as well by chance."""
 
 TURNS = (0.03, 0.1, 0.35, 1.0)
 """Scales of turn, radians, beside headings that tell nothing."""
