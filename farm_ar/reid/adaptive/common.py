@@ -8,49 +8,56 @@ import numpy as np
 
 from farm_ar.arrays import FloatArray
 from farm_ar.kernels import compiled
-from farm_ar.reid.adaptive.records import TURNING, Pairs, Profiles, Seeing, Sparse
+from farm_ar.reid.adaptive.records import (
+    STREAMING,
+    TOGETHER,
+    TURNING,
+    Common,
+    Pairs,
+    Profiles,
+    Seeing,
+    Sparse,
+)
 from farm_ar.reid.adaptive.sparse import propagate
 
 STEPS, ROUNDS = 2, 4
 """Steps of expectation and maximisation on each scale, and rounds of belief propagation in each."""
 
-TURN_SD = 0.35
+FAR_OFF, HOPELESS = 9.0, 6.0
+"""In squares of a scale: as how much what is left of a pair counts at most; and the mean from which on
+no step is spent on finer scales, since most things do not fit even this one."""
+
+TURN_SD = 0.15
 """SD of a shared turn, radians."""
 
-SHARED_TURN_SD = 0.5
-"""SD of the turns of single things, beside the shared one, while that is sought; radians."""
+USUAL_AHEAD = 2.0
+"""How far things usually go ahead besides a shared shift, in scales of what is left."""
 
 _compile = compiled(error_model="numpy")
 
 
 @_compile
-def residual(pairs: Pairs, p: int, turn: float, shift: FloatArray, middle: FloatArray) -> tuple[float, float]:
-    """By how much the place of pair p differs from where the shared motion takes its label."""
-    x, z = pairs.from_x[p] - middle[0], pairs.from_z[p] - middle[1]
-    sine, cosine = math.sin(turn), math.cos(turn)
-    east = pairs.shift_x[p] + pairs.from_x[p] - (middle[0] + x * cosine + z * sine + shift[0])
-    north = pairs.shift_z[p] + pairs.from_z[p] - (middle[1] + z * cosine - x * sine + shift[1])
-    return east, north
+def left_over(pairs: Pairs, p: int, common: Common) -> float:
+    """Square of the distance from where the shared motion takes the label of pair p to its detection."""
+    x, z = pairs.from_x[p] - common.x, pairs.from_z[p] - common.z
+    east = pairs.shift_x[p] + x - (x * common.cosine + z * common.sine + common.east)
+    north = pairs.shift_z[p] + z - (z * common.cosine - x * common.sine + common.north)
+    east -= common.ahead * pairs.ahead_x[p]
+    north -= common.ahead * pairs.ahead_z[p]
+    return float(east * east + north * north)
 
 
 @_compile
-def best_motion(
-    pairs: Pairs, belief: FloatArray, length: float, turning: bool, middle: FloatArray, shift: FloatArray
-) -> tuple[float, float, float]:
-    """The rigid motion that explains pairs best, each counting by its belief; fills in the shift.
+def best_motion(pairs: Pairs, belief: FloatArray, length: float, kind: int) -> Common:
+    """The shared motion that explains pairs best, each counting by its belief.
 
     Args:
         pairs: the pairs.
         belief: (P,) of each.
         length: SD of what is left.
-        turning: whether it may turn.
-        middle: (2,) filled with the place about which it turns.
-        shift: (2,) filled.
-
-    Returns:
-        The turn, radians; the pairs' number and their moment about the middle.
+        kind: of the motion.
     """
-    total, x, z, dx, dz = 0.0, 0.0, 0.0, 0.0, 0.0
+    total, x, z, dx, dz, hx, hz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for p in range(len(belief)):
         b = belief[p]
         total += b
@@ -58,21 +65,29 @@ def best_motion(
         z += b * pairs.from_z[p]
         dx += b * pairs.shift_x[p]
         dz += b * pairs.shift_z[p]
+        hx += b * pairs.ahead_x[p]
+        hz += b * pairs.ahead_z[p]
     total = max(total, 1e-9)
-    middle[0], middle[1] = x / total, z / total
-    shift[0], shift[1] = dx / total, dz / total
-    if not turning:
-        return 0.0, total, 0.0
+    x, z, dx, dz, hx, hz = x / total, z / total, dx / total, dz / total, hx / total, hz / total
     cross, dot, moment = 0.0, 0.0, 0.0
-    for p in range(len(belief)):
-        b = belief[p]
-        ax, az = pairs.from_x[p] - middle[0], pairs.from_z[p] - middle[1]
-        bx, bz = ax + pairs.shift_x[p] - shift[0], az + pairs.shift_z[p] - shift[1]
-        cross += b * (az * bx - ax * bz)
-        dot += b * (ax * bx + az * bz)
-        moment += b * (ax * ax + az * az)
-    # A prior of no turn, as strong as its SD says.
-    return math.atan2(cross, dot + (length / TURN_SD) ** 2), total, moment
+    if kind == STREAMING:
+        for p in range(len(belief)):
+            ax, az = pairs.ahead_x[p] - hx, pairs.ahead_z[p] - hz
+            dot += belief[p] * (ax * (pairs.shift_x[p] - dx) + az * (pairs.shift_z[p] - dz))
+            moment += belief[p] * (ax * ax + az * az)
+        ahead = max(dot / max(moment, 1e-9), 0.0)
+        return Common(x, z, dx - ahead * hx, dz - ahead * hz, 0.0, 1.0, 0.0, ahead, total, moment)
+    if kind == TURNING:
+        for p in range(len(belief)):
+            ax, az = pairs.from_x[p] - x, pairs.from_z[p] - z
+            bx, bz = ax + pairs.shift_x[p] - dx, az + pairs.shift_z[p] - dz
+            cross += belief[p] * (az * bx - ax * bz)
+            dot += belief[p] * (ax * bx + az * bz)
+            moment += belief[p] * (ax * ax + az * az)
+        # A prior of no turn, as strong as its SD says.
+        turn = math.atan2(cross, dot + (length / TURN_SD) ** 2)
+        return Common(x, z, dx, dz, math.sin(turn), math.cos(turn), turn, 0.0, total, moment)
+    return Common(x, z, dx, dz, 0.0, 1.0, 0.0, 0.0, total, 0.0)
 
 
 @_compile
@@ -96,69 +111,106 @@ def find_common(
         shift: (R, P) filled, for the profiles of shared motions, with densities of what is left.
         penalty: (R,) filled with the log of how much of the prior of the motion the posterior takes up.
     """
-    count, n, labels = len(pairs.label), len(seeing.none), len(seeing.anywhere)
-    weight, belief, to_row = np.empty(count), np.empty(count), np.empty(count)
-    middle, way = np.zeros(2), np.zeros(2)
-    before = -1
+    labels = len(seeing.anywhere)
+    weight, belief, to_row = np.empty(len(like)), np.empty(len(like)), np.empty(len(like))
+    extent = profiles.length.max()
+    before, left = -1, 0.0
+    common = best_motion(pairs, like, extent, TOGETHER)
     for r in range(len(profiles.kind) - 1, -1, -1):
         penalty[r] = 0.0
         kind, length = profiles.kind[r], profiles.length[r]
-        if kind < TURNING - 1:
+        if kind < TOGETHER:
             continue
         if kind != before:
-            for i in range(n):
+            for i in range(len(seeing.none)):
                 for p in range(pairs.start[i], pairs.start[i + 1]):
                     belief[p] = like[p] / (pairs.start[i + 1] - pairs.start[i])
-            turn, total, moment = best_motion(pairs, belief, length, False, middle, way)
-            before = kind
-        for _ in range(STEPS):
-            for i in range(n):
-                largest = 1e-300
-                for p in range(pairs.start[i], pairs.start[i + 1]):
-                    east, north = residual(pairs, p, turn, way, middle)
-                    weight[p] = like[p] * math.exp(-0.5 * (east * east + north * north) / length**2)
-                    largest = max(largest, weight[p])
-                for p in range(pairs.start[i], pairs.start[i + 1]):
-                    weight[p] = max(weight[p] / largest, 1e-9)
-            fill(pairs, weight, length**2 * seeing.none, some)
-            to_row[:] = free_share(n, labels)
-            propagate(some, labels, to_row, ROUNDS, 1e-3)
-            for i in range(n):
-                reach = some.none[i]
-                for p in range(pairs.start[i], pairs.start[i + 1]):
-                    reach += weight[p] * to_row[p]
-                for p in range(pairs.start[i], pairs.start[i + 1]):
-                    belief[p] = weight[p] * to_row[p] / reach
-            turn, total, moment = best_motion(pairs, belief, length, kind == TURNING, middle, way)
-        for p in range(count):
-            east, north = residual(pairs, p, turn, way, middle)
-            rest = (east * east + north * north) / length**2
-            shift[r, p] = math.exp(-0.5 * rest) / (2 * math.pi * length**2)
-        penalty[r] = occam(length, total, way, profiles.length.max(), turn, moment, kind == TURNING)
+            common = best_motion(pairs, belief, length, TOGETHER)
+            before, left = kind, 0.0
+        if left < HOPELESS:
+            for _ in range(STEPS):
+                for p in range(len(like)):
+                    weight[p] = like[p] * math.exp(-0.5 * left_over(pairs, p, common) / length**2)
+                believe(pairs, weight, length**2, seeing, labels, some, to_row, belief)
+                common = best_motion(pairs, belief, length, kind)
+            left = 0.0
+            for p in range(len(like)):
+                left += belief[p] * min(left_over(pairs, p, common) / length**2, FAR_OFF)
+            left /= common.total
+        density_about(pairs, common, length, shift[r])
+        penalty[r] = occam(length, common, extent, kind)
 
 
 @_compile
-def occam(
-    length: float,
-    total: float,
-    way: FloatArray,
-    extent: float,
-    turn: float,
-    moment: float,
-    turning: bool,
-) -> float:
+def density_about(pairs: Pairs, common: Common, length: float, density: FloatArray) -> None:
+    """Fill (P,) densities of what a shared motion leaves."""
+    peak = 1.0 / (2 * math.pi * length**2)
+    for p in range(len(density)):
+        density[p] = peak * math.exp(-0.5 * left_over(pairs, p, common) / length**2)
+
+
+@_compile
+def believe(
+    pairs: Pairs,
+    weight: FloatArray,
+    none: float,
+    seeing: Seeing,
+    labels: int,
+    some: Sparse,
+    to_row: FloatArray,
+    belief: FloatArray,
+) -> None:
+    """Fill (P,) beliefs of pairs by their weights, each detection's having a label taken as likely before.
+
+    Args:
+        pairs: the pairs.
+        weight: (P,) of each; changed.
+        none: weight of having no label, in units of its density.
+        seeing: what is known of detecting.
+        labels: how many there are.
+        some: room for weights.
+        to_row: (P,) room for messages.
+        belief: filled.
+    """
+    n = len(seeing.none)
+    for i in range(n):
+        largest = 1e-300
+        for p in range(pairs.start[i], pairs.start[i + 1]):
+            largest = max(largest, weight[p])
+        some.start[i] = pairs.start[i]
+        some.none[i] = max(none * seeing.none[i], 1e-6)
+        for p in range(pairs.start[i], pairs.start[i + 1]):
+            some.label[p] = pairs.label[p]
+            some.pair[p] = p
+            some.weight[p] = max(weight[p] / largest, 1e-9)
+    some.start[n] = pairs.start[n]
+    to_row[:] = free_share(n, labels)
+    propagate(some, labels, to_row, ROUNDS, 1e-3)
+    for i in range(n):
+        reach = some.none[i]
+        for p in range(pairs.start[i], pairs.start[i + 1]):
+            reach += some.weight[p] * to_row[p]
+        for p in range(pairs.start[i], pairs.start[i + 1]):
+            belief[p] = some.weight[p] * to_row[p] / reach
+
+
+@_compile
+def occam(length: float, common: Common, extent: float, kind: int) -> float:
     """Log of the share of the prior of a shared motion that its posterior takes up.
 
     The prior of how far is half Gaussian, of twice the scale of what else things do, and half even by ratio,
-    from that scale up to the extent.
+    from that scale up to the extent; that of how far ahead is half a Cauchy distribution.
     """
     levels = 0.5 * math.log(1.0 + (extent / length) ** 2) + 0.5
-    square = (way[0] * way[0] + way[1] * way[1]) / length**2
+    square = (common.east**2 + common.north**2) / length**2
     density = 0.5 * 0.25 * math.exp(-square / 8) + 0.5 / ((square + 1.0) * levels)
-    result = min(math.log(density / max(total, 1.0)), 0.0)
-    if turning:
-        sd = length / math.sqrt(max(moment, 1e-12))
-        result += min(math.log(sd / TURN_SD), 0.0) - 0.5 * (turn / TURN_SD) ** 2
+    result = min(math.log(density / max(common.total, 1.0)), 0.0)
+    sd = 1.0 / math.sqrt(max(common.moment, 1e-12))
+    if kind == TURNING:
+        result += min(math.log(sd * length / TURN_SD), 0.0) - 0.5 * (common.turn / TURN_SD) ** 2
+    if kind == STREAMING:
+        usual = 1.0 + (common.ahead / length / USUAL_AHEAD) ** 2
+        result += min(math.log(math.sqrt(8.0 / math.pi) * sd / USUAL_AHEAD / usual), 0.0)
     return result
 
 
@@ -166,16 +218,3 @@ def occam(
 def free_share(detections: int, labels: int) -> float:
     """The share of labels that is left when each detection has one: where messages start from."""
     return min(max((labels - detections + 1.0) / max(labels, 1), 0.03), 1.0)
-
-
-@_compile
-def fill(pairs: Pairs, weight: FloatArray, none: FloatArray, some: Sparse) -> None:
-    """All pairs as weights, none of them left out."""
-    for i in range(len(none)):
-        some.start[i] = pairs.start[i]
-        some.none[i] = max(none[i], 1e-6)
-        for p in range(pairs.start[i], pairs.start[i + 1]):
-            some.label[p] = pairs.label[p]
-            some.pair[p] = p
-            some.weight[p] = weight[p]
-    some.start[len(none)] = pairs.start[len(none)]

@@ -10,6 +10,7 @@ from farm_ar.reid.adaptive.records import (
     AHEAD,
     EXPONENTIAL,
     GAUSSIAN,
+    RAY,
     STUDENT,
     TOGETHER,
     Concentrations,
@@ -22,6 +23,9 @@ FREEDOM = 2.0
 
 LOOSELY = 2
 """Which of the concentrations of turns is that of things that are pushed about."""
+
+NEAR = 0.02
+"""Shifts, in spacings, below which the direction of a shift tells less and less."""
 
 STANDING = 0.04
 """Length, in spacings, of the shifts of what never moves."""
@@ -39,6 +43,11 @@ def shift_density(kind: int, length: float, width: float, distance: float) -> fl
     if kind == STUDENT:
         bulk = 1.0 + (distance / length) ** 2 / FREEDOM
         return float(bulk ** (-(FREEDOM + 2) / 2)) / (2 * math.pi * length**2)
+    if kind == RAY:
+        # Half of them go at speeds that are half-normal, half at any from standing on, even by ratio.
+        bulk = 1.0 / (math.sqrt(2 * math.pi) * math.pi * length * max(distance, 0.05 * length))
+        even = 1.0 / (math.pi * (distance**2 + NEAR**2) * math.log1p((length / NEAR) ** 2))
+        return 0.5 * (bulk + even) * math.exp(-0.5 * (distance / length) ** 2)
     # A ring whose radius is log-normal; within a tenth of it the density no longer changes.
     far = max(distance, 0.1 * length)
     log_radius = math.log(far / length) / width
@@ -66,6 +75,16 @@ def density_ahead(length: float, sd: float, distance: float, course: float, know
         return math.exp(-0.5 * rest / sd**2) / (2 * math.pi * sd**2)
     round_about = scaled_bessel(distance * length / sd**2)
     return math.exp(-0.5 * ((distance - length) / sd) ** 2) * round_about / (2 * math.pi * sd**2)
+
+
+@_compile
+def folded(cosine: float, fold: int) -> float:
+    """Cosine of twice or four times the angle."""
+    if fold >= 2:
+        cosine = 2.0 * cosine * cosine - 1.0
+    if fold == 4:
+        cosine = 2.0 * cosine * cosine - 1.0
+    return cosine
 
 
 @_compile
@@ -109,7 +128,8 @@ def tabulate(
             turn[t, p] = any_turn
             if pairs.turned[p]:
                 which = 0 if pairs.stays[p] else t
-                peak = angles.turn_peak[which] * math.exp(angles.turn[which] * (pairs.turn[p] - 1.0))
+                cosine = folded(pairs.turn[p], angles.fold[which])
+                peak = angles.turn_peak[which] * math.exp(angles.turn[which] * (cosine - 1.0))
                 turn[t, p] = angles.outliers * any_turn + (1.0 - angles.outliers) * peak
     for p in range(count):
         # What is pushed somewhere keeps its heading, or not; what is carried away does not.
@@ -119,8 +139,8 @@ def tabulate(
         for p in range(count):
             course[c, p] = 1.0
             if pairs.course_known[p] > 0.0 and not pairs.stays[p]:
-                # A course from one heading alone is known half as well.
-                less = pairs.course_known[p] ** 2
+                # A course from one heading alone is known half as well, that of a small shift hardly.
+                less = pairs.course_known[p] ** 2 / (1.0 + (NEAR / max(pairs.distance[p], 1e-9)) ** 2)
                 peak = angles.course_peak[c] * math.sqrt(less)
                 peak *= math.exp(angles.course[c] * less * (pairs.course[p] - 1.0))
                 course[c, p] = angles.astray + (1.0 - angles.astray) * peak * 2 * math.pi

@@ -10,7 +10,7 @@ import numpy as np
 
 from farm_ar.arrays import FloatArray, Record, read_only
 from farm_ar.errors import SceneError
-from farm_ar.reid.adaptive.hypotheses import FAMILIES, MOST_SCALES, Hypotheses
+from farm_ar.reid.adaptive.hypotheses import FAMILIES, FOLDS, MOST_SCALES, Hypotheses
 from farm_ar.reid.adaptive.options import AdaptiveOptions
 
 FORGOTTEN = 0.9
@@ -18,6 +18,11 @@ FORGOTTEN = 0.9
 
 BELIEVED = 0.5
 """How much of the evidence counts: a place is not equally untidy every time."""
+
+EARLIER_MOTION, LIKE_EARLIER = (16, 6, 32), (0, 1, 2, 2, 3, 4, 5, 5)
+"""Shape of what was learnt of motions with the families that are still the first ones; and which of the six
+rates of then each of today's is most like.
+"""
 
 DOUBT = 0.1
 """Share of the prior that stays as it was before anything was learnt."""
@@ -52,21 +57,27 @@ class Disorder(Record):
     @classmethod
     def unknown(cls, options: AdaptiveOptions) -> Disorder:
         """That of a place of which nothing is known."""
-        shape = (len(FAMILIES), len(options.turn_sds) + 1, MOST_SCALES)
+        shape = (len(FAMILIES), len(options.turn_sds) + 1 + len(FOLDS), MOST_SCALES)
         return cls(0, np.zeros(shape), np.zeros(len(options.rates)), np.zeros(len(options.reliabilities)))
 
     def fitting(self, options: AdaptiveOptions) -> Disorder:
-        """Itself, if it was learnt under such options.
+        """Itself, if it was learnt under such options; of what was not known earlier it had least evidence.
 
         Raises:
             SceneError: it was not.
         """
-        blank = Disorder.unknown(options)
+        blank, motion, rates = Disorder.unknown(options), self.motion, self.rates
+        if motion.shape == EARLIER_MOTION and blank.motion.size > motion.size:
+            more = [(0, new - old) for new, old in zip(blank.motion.shape, EARLIER_MOTION, strict=True)]
+            motion = np.pad(motion, more, constant_values=motion.min())
+        if len(rates) == max(LIKE_EARLIER) + 1 and len(blank.rates) == len(LIKE_EARLIER):
+            rates = rates[list(LIKE_EARLIER)]
+        result = Disorder(self.snapshots, motion, rates, self.sizes)
         for name in ("motion", "rates", "sizes"):
             shape = getattr(blank, name).shape
-            if getattr(self, name).shape != shape:
+            if getattr(result, name).shape != shape:
                 raise SceneError(f"disorder.{name}", f"must have shape {shape}", getattr(self, name).shape)
-        return self
+        return result
 
     def to_json(self) -> dict[str, Any]:
         """As JSON values; arrays to a thousandth."""

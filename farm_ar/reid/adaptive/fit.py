@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.special import chdtrc, ndtr
+from scipy.special import bdtr, chdtrc, ndtr
 
 from farm_ar.arrays import FloatArray, IntArray
-from farm_ar.reid.adaptive.common import best_motion, residual
-from farm_ar.reid.adaptive.densities import FREEDOM
+from farm_ar.reid.adaptive.common import best_motion, left_over
+from farm_ar.reid.adaptive.densities import FREEDOM, folded
 from farm_ar.reid.adaptive.hypotheses import Hypotheses
 from farm_ar.reid.adaptive.records import (
     AHEAD,
     EXPONENTIAL,
     GAUSSIAN,
+    RAY,
     RING,
     STUDENT,
     TOGETHER,
-    TURNING,
     Pairs,
 )
 
@@ -33,7 +33,8 @@ def predictive_p_value(pairs: Pairs, chosen: IntArray, every: Hypotheses, motion
     """How often shifts and turns as large as those of the answer, or larger, come about under a motion.
 
     The probability of a larger shift, or turn, than each one is even from 0 to 1 if the motion is right;
-    those of shifts and those of turns are combined by Fisher's method, and the lesser value is doubled.
+    those of shifts and those of turns are combined by Fisher's method. Where things look the same turned by a
+    half or a quarter, how many are turned is asked too. The least value is multiplied by their number.
 
     Args:
         pairs: of the snapshot.
@@ -47,11 +48,15 @@ def predictive_p_value(pairs: Pairs, chosen: IntArray, every: Hypotheses, motion
         return 1.0
     far = float(every.motions.far[motion])
     shift = np.maximum(far + (1 - far) * _shift_tail(pairs, index, every, motion), _LEAST)
-    turned = pairs.turned[index]
-    angle = np.arccos(np.clip(pairs.turn[index[turned]], -1.0, 1.0))
+    cosine = pairs.turn[index[pairs.turned[index]]]
+    fold = int(every.angles.fold[every.motions.heading[motion]])
+    angle = np.arccos(np.clip([folded(c, fold) for c in cosine.tolist()], -1.0, 1.0))
     # What has gone anywhere is turned anyhow.
     tail = far * (1 - angle / np.pi) + (1 - far) * _turn_tail(angle, every, motion)
     both = [chdtrc(2 * len(u), -2 * np.log(u).sum()) for u in (shift, np.maximum(tail, _LEAST)) if len(u)]
+    if fold > 1:
+        # As few as stand as they did, or fewer.
+        both.append(bdtr((cosine > np.cos(np.pi / fold)).sum(), len(cosine), 1 / fold))
     return float(min(1.0, len(both) * min(both)))
 
 
@@ -70,12 +75,14 @@ def _shift_tail(pairs: Pairs, index: IntArray, every: Hypotheses, motion: int) -
     if kind == AHEAD:
         rest = distance**2 - 2 * distance * length * pairs.course[index] + length**2
         return np.asarray(np.exp(-0.5 * rest / (width * length) ** 2))
-    if kind in (TOGETHER, TURNING):
-        belief, middle, way = np.zeros(len(pairs.label)), np.zeros(2), np.zeros(2)
+    if kind == RAY:
+        return np.asarray(2 * ndtr(-distance / length))
+    if kind >= TOGETHER:
+        belief = np.zeros(len(pairs.label))
         belief[index] = 1.0
-        turn, _, _ = best_motion(pairs, belief, length, kind == TURNING, middle, way)
-        rests = np.array([residual(pairs, int(p), turn, way, middle) for p in index])
-        return np.asarray(np.exp(-0.5 * (rests**2).sum(axis=1) / length**2))
+        common = best_motion(pairs, belief, length, kind)
+        rest = np.array([left_over(pairs, int(p), common) for p in index])
+        return np.asarray(np.exp(-0.5 * rest / length**2))
     assert kind == GAUSSIAN
     return np.asarray(np.exp(-0.5 * (distance / length) ** 2))
 

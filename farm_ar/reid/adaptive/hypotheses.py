@@ -14,7 +14,9 @@ from farm_ar.reid.adaptive.records import (
     AHEAD,
     EXPONENTIAL,
     GAUSSIAN,
+    RAY,
     RING,
+    STREAMING,
     STUDENT,
     TOGETHER,
     TURNING,
@@ -29,8 +31,15 @@ LEAST = 0.01
 RATIO = 1.6
 """Of one scale of motion to the next finer one."""
 
+FOLDS = (2, 4)
+"""Parts of a whole turn by which things may look the same."""
+
 MOST_SCALES = 32
 """Up to 20 000 spacings."""
+
+
+WALKING = 0.4
+"""What is left of the prior's rise about the usual scale where things go ahead: looks are any time apart."""
 
 
 @dataclass(frozen=True)
@@ -43,8 +52,10 @@ class Family:
         kind: the profile of its shifts.
         far: share of the objects that go anywhere.
         width: SD of the logarithm of the distance, for a ring; ahead, SD as a share of the distance.
-        course: for a ring, how much farther courses stray from the heading than turns explain.
+        course: for a ring or a ray, how much farther courses stray from the heading than turns explain.
         least: index of the finest scale.
+        usual: how much of the prior's rise about the usual scale it has.
+        folds: whether things that look the same turned by half or a quarter are tried.
     """
 
     name: str
@@ -54,27 +65,32 @@ class Family:
     width: float = 0.0
     course: float = 0.0
     least: int = 0
+    usual: float = 1.0
+    folds: bool = False
 
 
 FAMILIES = (
-    Family("gaussian", 0.24, GAUSSIAN, 0.003),
+    Family("gaussian", 0.24, GAUSSIAN, 0.003, folds=True),
     Family("exponential", 0.10, EXPONENTIAL, 0.003),
-    Family("student", 0.05, STUDENT, 0.003),
+    Family("student", 0.05, STUDENT, 0.003, folds=True),
     Family("stay or move, few", 0.05, STUDENT, 0.04),
-    Family("stay or move", 0.06, GAUSSIAN, 0.12),
-    Family("nudged or moved", 0.06, STUDENT, 0.15),
-    Family("stay or move, many", 0.06, GAUSSIAN, 0.35),
-    Family("forward", 0.04, RING, 0.02, 0.25, 1.0, 4),
-    Family("forward, swerving", 0.024, RING, 0.02, 0.25, 3.0, 4),
-    Family("forward, speeds differ", 0.02, RING, 0.08, 0.7, 1.0, 4),
-    Family("ahead", 0.032, AHEAD, 0.01, 0.5, 0.0, 4),
-    Family("ahead, some far, some not", 0.032, AHEAD, 0.03, 1.0, 0.0, 4),
-    Family("together", 0.30, TOGETHER, 0.003),
+    Family("stay or move", 0.06, GAUSSIAN, 0.12, folds=True),
+    Family("nudged or moved", 0.06, STUDENT, 0.15, folds=True),
+    Family("stay or move, many", 0.03, GAUSSIAN, 0.35, folds=True),
+    Family("forward", 0.04, RING, 0.02, 0.25, 1.0, 4, WALKING),
+    Family("forward, swerving", 0.024, RING, 0.02, 0.25, 3.0, 4, WALKING),
+    Family("forward, speeds differ", 0.02, RING, 0.08, 0.7, 1.0, 4, WALKING),
+    Family("ahead", 0.032, AHEAD, 0.01, 0.5, 0.0, 4, WALKING),
+    Family("ahead, some far, some not", 0.032, AHEAD, 0.03, 1.0, 0.0, 4, WALKING),
+    Family("together", 0.30, TOGETHER, 0.003, folds=True),
     Family("together, some not", 0.08, TOGETHER, 0.12),
-    Family("together, turning", 0.08, TURNING, 0.003),
-    Family("together, turning, some not", 0.03, TURNING, 0.12),
+    Family("together, turning", 0.02, TURNING, 0.003),
+    Family("together, turning, some not", 0.005, TURNING, 0.12),
+    Family("forward, from standing on", 0.02, RAY, 0.05, 0.0, 1.0, 4, WALKING),
+    Family("forward, many turn off", 0.01, RING, 0.35, 0.25, 1.0, 4, WALKING),
+    Family("together, and ahead", 0.04, STREAMING, 0.003),
 )
-"""The families that are averaged."""
+"""The families that are averaged; what was learnt of a place counts on their order, so new ones come last."""
 
 
 def concentration(sd: float) -> float:
@@ -121,32 +137,34 @@ class Hypotheses:
 def hypotheses(options: AdaptiveOptions, scales: int) -> Hypotheses:
     """The motions over so many scales, from the finest on."""
     scale = scale_lengths(scales)
-    turns = np.array([*options.turn_sds, np.inf])
+    turns = np.array([*options.turn_sds, np.inf, *(fold * options.fold_sd for fold in FOLDS)])
+    shares = (*options.turn_shares, *options.fold_shares)
+    nothing = len(options.turn_sds)
     kappa = np.array([concentration(sd) for sd in turns])
     profiles: list[tuple[int, float, float]] = []
     courses: list[float] = []
     rows: list[tuple[int, int, int, float, int, float, int]] = []
+    group = [0]
     for f, family in enumerate(FAMILIES):
-        forward = family.kind == RING
-        tells = family.kind in (RING, AHEAD)
-        headings = range(len(turns) - 1) if tells else range(len(turns))
+        headings = [t for t in range(len(turns)) if _tried(family, t, nothing)]
+        course = dict.fromkeys(headings, -1)
+        if family.kind in (RING, RAY):
+            for t in headings:
+                courses.append(
+                    concentration(float(np.hypot(family.course * 0.35 * turns[t], options.course_sd)))
+                )
+                course[t] = len(courses) - 1
         levels = range(family.least, scales)
-        places: dict[int, int] = {}
-        for a in levels:
+        prior = np.array([_scale_prior(float(scale[a]), family, options) for a in levels])
+        for a, share in zip(levels, prior / prior.sum(), strict=True):
             place = (family.kind, float(scale[a]), family.width)
             if place not in profiles:
                 profiles.append(place)
-            places[a] = profiles.index(place)
-        for t in headings:
-            course = -1
-            if forward:
-                sd = float(np.hypot(family.course * 0.35 * turns[t], options.course_sd))
-                courses.append(concentration(sd))
-                course = len(courses) - 1
-            chance = family.prior * options.turn_shares[t]
-            prior = np.array([_scale_prior(float(scale[a]), options) for a in levels])
-            for a, share in zip(levels, prior / prior.sum(), strict=True):
-                rows.append((places[a], t, course, family.far, int(a), chance * float(share), f))
+            where = profiles.index(place)
+            for t in headings:
+                chance = family.prior * shares[t] * float(share)
+                rows.append((where, t, course[t], family.far, int(a), chance, f))
+            group.append(len(rows))
     columns = list(zip(*rows, strict=True))
     course_kappa = np.array(courses)
     return Hypotheses(
@@ -158,12 +176,14 @@ def hypotheses(options: AdaptiveOptions, scales: int) -> Hypotheses:
         Concentrations(
             read_only(kappa, np.float64),
             read_only(peak(kappa), np.float64),
+            read_only([*[1] * (nothing + 1), *FOLDS], np.int64),
             read_only(course_kappa, np.float64),
             read_only(peak(course_kappa), np.float64),
             options.outliers,
             options.astray,
         ),
         Motions(
+            read_only(group, np.int64),
             read_only(columns[0], np.int64),
             read_only(columns[1], np.int64),
             read_only(columns[2], np.int64),
@@ -176,10 +196,17 @@ def hypotheses(options: AdaptiveOptions, scales: int) -> Hypotheses:
     )
 
 
-def _scale_prior(scale: float, options: AdaptiveOptions) -> float:
+def _tried(family: Family, turn: int, nothing: int) -> bool:
+    """Whether a family is tried with some concentration of turns."""
+    if turn > nothing:
+        return family.folds
+    return turn < nothing or family.kind not in (RING, RAY, AHEAD)
+
+
+def _scale_prior(scale: float, family: Family, options: AdaptiveOptions) -> float:
     """Even by ratio, and more about where labels are neither obvious nor hopeless."""
     usual = -0.5 * (np.log(scale / options.usual_scale) / options.usual_width) ** 2
-    return float(options.usual_weight * np.exp(usual) + 1.0)
+    return float(family.usual * options.usual_weight * np.exp(usual) + 1.0)
 
 
 def scale_lengths(scales: int) -> FloatArray:

@@ -6,13 +6,11 @@ import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.kernels import compiled
-from farm_ar.reid.adaptive.common import best_motion, occam, residual
-from farm_ar.reid.adaptive.densities import tabulate
+from farm_ar.reid.adaptive.common import best_motion, density_about, occam
 from farm_ar.reid.adaptive.hypotheses import FAMILIES, MOST_SCALES, Hypotheses
-from farm_ar.reid.adaptive.inference import density_of
+from farm_ar.reid.adaptive.inference import tabulated
 from farm_ar.reid.adaptive.records import (
     TOGETHER,
-    TURNING,
     Concentrations,
     Motions,
     Pairs,
@@ -20,6 +18,7 @@ from farm_ar.reid.adaptive.records import (
     Seeing,
     Table,
 )
+from farm_ar.reid.adaptive.screening import density_of
 
 _compile = compiled(error_model="numpy")
 
@@ -27,19 +26,15 @@ _compile = compiled(error_model="numpy")
 @_compile
 def common_of(pairs: Pairs, profiles: Profiles, chosen: IntArray, table: Table) -> None:
     """Fill in the densities and penalties of the motion that the chosen pairs share."""
-    belief, middle, way = np.zeros(len(pairs.label)), np.zeros(2), np.zeros(2)
+    belief = np.zeros(len(pairs.label))
     for p in chosen:
         belief[p] = 1.0
     for r in range(len(profiles.kind)):
         kind, length = profiles.kind[r], profiles.length[r]
         if kind >= TOGETHER:
-            turning = kind == TURNING
-            turn, total, moment = best_motion(pairs, belief, length, turning, middle, way)
-            table.penalty[r] = occam(length, total, way, profiles.length.max(), turn, moment, turning)
-            for p in range(len(pairs.label)):
-                east, north = residual(pairs, p, turn, way, middle)
-                rest = (east * east + north * north) / length**2
-                table.shift[r, p] = np.exp(-0.5 * rest) / (2 * np.pi * length**2)
+            common = best_motion(pairs, belief, length, kind)
+            table.penalty[r] = occam(length, common, profiles.length.max(), kind)
+            density_about(pairs, common, length, table.shift[r])
 
 
 @_compile
@@ -53,18 +48,11 @@ def evidence_of(
 ) -> None:
     """Fill (H,) log densities of the chosen pairs, summed, under each motion."""
     count = len(pairs.label)
-    table = Table(
-        np.empty((len(profiles.kind), count)),
-        np.empty((len(angles.turn), count)),
-        np.empty((len(angles.course), count)),
-        np.empty(count),
-        np.zeros(len(profiles.kind)),
-    )
-    tabulate(pairs, profiles, angles, table.shift, table.turn, table.course, table.far)
+    table = tabulated(pairs, profiles, angles)
     common_of(pairs, profiles, chosen, table)
-    density = np.empty(count)
+    density, known = np.empty(count), np.ones(count)
     for h in range(len(result)):
-        density_of(h, pairs, motions, table, density)
+        density_of(h, pairs, motions, table, known, density)
         result[h] = table.penalty[motions.profile[h]]
         for p in chosen:
             result[h] += np.log(max(density[p], 1e-300))

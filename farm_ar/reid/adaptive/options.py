@@ -22,11 +22,14 @@ class AdaptiveOptions:
         most_exact: detections of one component up to which probabilities are exact.
         turn_sds: SDs of turns that are tried, radians, besides headings that tell nothing.
         turn_shares: prior share of each of these, the last of headings that tell nothing.
+        fold_shares: share of things that look the same turned by half, and by a quarter, among these.
+        fold_sd: SD of their turns besides, radians.
         course_sd: least SD of a course about the mean heading, radians.
         outliers: share of turns of any size, whatever the SD.
         astray: share of courses in any direction.
         rates: prior share, rate of what is in view being missed or gone, and of detections without a label as
-            a share of all.
+            a share of all. The one in the middle stands for all in the screening, and the last, at which most
+            comes and goes.
         size_shares: prior share of each reliability of sizes, `reliabilities`.
         reliabilities: correlation of what is known and seen of a size, among look-alikes.
         usual_scale: scale of motion, in spacings, about which the prior is raised.
@@ -42,16 +45,20 @@ class AdaptiveOptions:
     most_exact: int = MOST_EXACT
     turn_sds: tuple[float, ...] = tuple(float(np.deg2rad(sd)) for sd in (4.0, 12.0, 28.0, 60.0, 100.0))
     turn_shares: tuple[float, ...] = (0.15, 0.18, 0.18, 0.16, 0.13, 0.2)
+    fold_shares: tuple[float, float] = (0.04, 0.02)
+    fold_sd: float = float(np.deg2rad(5.0))
     course_sd: float = float(np.deg2rad(8.0))
     outliers: float = 0.005
     astray: float = 0.05
     rates: tuple[Rate, ...] = (
-        (0.90, 0.003, 0.006),
-        (0.03, 0.05, 0.03),
-        (0.02, 0.2, 0.01),
-        (0.015, 0.02, 0.12),
-        (0.025, 0.15, 0.15),
-        (0.01, 0.35, 0.35),
+        (0.84, 0.003, 0.006),
+        (0.035, 0.05, 0.03),
+        (0.025, 0.2, 0.01),
+        (0.015, 0.45, 0.01),
+        (0.02, 0.02, 0.12),
+        (0.035, 0.15, 0.12),
+        (0.015, 0.25, 0.25),
+        (0.015, 0.45, 0.45),
     )
     size_shares: tuple[float, ...] = (0.3, 0.15, 0.2, 0.2, 0.15)
     reliabilities: tuple[float, ...] = (0.0, 0.6, 0.9, 0.99, 0.9999)

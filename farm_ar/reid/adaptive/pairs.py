@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TypedDict
 
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray, read_only
 from farm_ar.errors import SnapshotError
+from farm_ar.reid.adaptive.densities import NEAR
 from farm_ar.reid.adaptive.hypotheses import MOST_SCALES, scale_lengths
 from farm_ar.reid.adaptive.options import AdaptiveOptions
 from farm_ar.reid.adaptive.records import Pairs
@@ -18,9 +20,6 @@ from farm_ar.scenes import UNKNOWN, Detections, Layout
 
 MOST_PAIRS = 250_000
 """Pairs of a detection and a label that it could be, which take some seconds and half a gigabyte."""
-
-_NEAR = 0.02
-"""Shifts, in spacings, below which the direction of a shift tells less and less."""
 
 _LEAST_RISE = 0.02
 """Least SD, in spacings, of how far things rise or sink."""
@@ -144,7 +143,7 @@ def problem_of(
     of_label = area_of[known.category[labels]]
     shift = place[i] - known.place[labels[j]]
     distance = np.hypot(shift[:, 0], shift[:, 1])
-    turn, turned, course, course_known = _angles(known, seen.yaw, labels, i, j, shift, distance)
+    angles = _angles(known, seen.yaw, labels, i, j, shift, distance)
     like = np.ones(len(i))
     if options.confusion > 0:
         kinds = max(len(area_of) - 1, 1)
@@ -162,16 +161,13 @@ def problem_of(
         shift_x=shift[:, 0].copy(),
         shift_z=shift[:, 1].copy(),
         distance=distance,
-        turn=turn,
-        turned=turned,
-        course=course,
-        course_known=course_known,
+        **angles,
         vertical=_vertical(known.height[labels], seen.elevation / known.spacing, i, j),
         size=known.sizes.likeness(sorted_log_sides(seen.size), codes, i, labels[j], options.reliabilities),
         like=like,
         stays=known.fixed[labels[j]],
         far=1 / of_label[j],
-        farther=1 / (np.pi * (distance**2 + _NEAR**2) * np.log1p(of_label[j] / np.pi / _NEAR**2)),
+        farther=1 / (np.pi * (distance**2 + NEAR**2) * np.log1p(of_label[j] / np.pi / NEAR**2)),
     )
     # What is new is as often of a category as labels are.
     share = np.bincount(known.category[labels], minlength=len(area_of)) / max(len(labels), 1)
@@ -204,6 +200,15 @@ def _area(points: FloatArray) -> float:
     return float(2 * np.pi * (((points - points.mean(axis=0)) ** 2).sum(axis=1).mean() + 1.0))
 
 
+class _Angles(TypedDict):
+    turn: FloatArray
+    turned: BoolArray
+    course: FloatArray
+    course_known: FloatArray
+    ahead_x: FloatArray
+    ahead_z: FloatArray
+
+
 def _angles(
     known: Surroundings,
     yaw: FloatArray,
@@ -212,8 +217,8 @@ def _angles(
     j: IntArray,
     shift: FloatArray,
     distance: FloatArray,
-) -> tuple[FloatArray, BoolArray, FloatArray, FloatArray]:
-    """Of pairs: cosine of the turn and whether it is known; cosine of the course and how well it is known."""
+) -> _Angles:
+    """What headings say of pairs."""
     before, after = known.yaw[labels[j]], yaw[i]
     period = known.period[labels[j]]
     knew, knows = np.isfinite(before), np.isfinite(after)
@@ -223,9 +228,17 @@ def _angles(
     x = np.where(knew, np.sin(before), 0.0) + np.where(knows, np.sin(after), 0.0)
     z = np.where(knew, np.cos(before), 0.0) + np.where(knows, np.cos(after), 0.0)
     ahead = shift[:, 0] * x + shift[:, 1] * z
-    course = ahead / (np.hypot(distance, _NEAR) * np.maximum(np.hypot(x, z), 1e-6))
+    length = np.maximum(np.hypot(x, z), 1e-6)
+    course = ahead / np.maximum(distance * length, 1e-12)
     how_well = np.where(period < 2 * np.pi - 1e-9, 0.0, 0.5 * knew + 0.5 * knows)
-    return turn, turned, np.clip(course, -1.0, 1.0), how_well
+    return {
+        "turn": turn,
+        "turned": turned,
+        "course": np.clip(course, -1.0, 1.0),
+        "course_known": how_well,
+        "ahead_x": np.where(how_well > 0, x / length, 0.0),
+        "ahead_z": np.where(how_well > 0, z / length, 0.0),
+    }
 
 
 def _vertical(height: FloatArray, seen: FloatArray, i: IntArray, j: IntArray) -> FloatArray:

@@ -6,9 +6,10 @@ from typing import NamedTuple
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 
-GAUSSIAN, EXPONENTIAL, STUDENT, RING, AHEAD, TOGETHER, TURNING = 0, 1, 2, 3, 4, 5, 6
-"""Profiles of how far things move: a ring is that of things that all go about as far; ahead is Gaussian about
-a place ahead of each thing; the last two are Gaussian about a motion that all share, without and with a turn.
+GAUSSIAN, EXPONENTIAL, STUDENT, RING, RAY, AHEAD, TOGETHER, TURNING, STREAMING = 0, 1, 2, 3, 4, 5, 6, 7, 8
+"""Profiles of how far things move: a ring is that of things that all go about as far, a ray that of speeds
+from none on (half-normal); ahead is Gaussian about a place ahead of each thing; the last three are Gaussian
+about a motion that all share: a shift, with a turn, or with a speed along each thing's own heading.
 """
 
 
@@ -29,7 +30,10 @@ class Profiles(NamedTuple):
 class Motions(NamedTuple):
     """The H motions that are tried: a profile, how exactly headings are kept, and how many move anywhere.
 
+    Those that differ in what headings tell only make up a group and stand together.
+
     Args:
+        group: (G + 1,) where each group begins.
         profile: (H,) indices.
         heading: (H,) indices of the concentrations of turns.
         course: (H,) indices of the concentrations of courses about the heading; -1 for any course.
@@ -38,6 +42,7 @@ class Motions(NamedTuple):
         log_prior: (H,) natural logarithms.
     """
 
+    group: IntArray
     profile: IntArray
     heading: IntArray
     course: IntArray
@@ -50,8 +55,10 @@ class Concentrations(NamedTuple):
     """Von Mises distributions of angles: of turns and of courses, with a share of outliers each.
 
     Args:
-        turn: (T,) concentrations, the last 0: headings tell nothing.
+        turn: (T,) concentrations, one of them 0: headings tell nothing.
         turn_peak: (T,) density at no turn.
+        fold: (T,) into how many equal parts of a whole turn: 2 if what is turned by half looks the same, 4 if
+            by a quarter.
         course: (C,) concentrations.
         course_peak: (C,) density at the heading.
         outliers: share of turns that are of any size.
@@ -60,6 +67,7 @@ class Concentrations(NamedTuple):
 
     turn: FloatArray
     turn_peak: FloatArray
+    fold: IntArray
     course: FloatArray
     course_peak: FloatArray
     outliers: float
@@ -81,6 +89,8 @@ class Pairs(NamedTuple):
         turned: (P,) whether that is known.
         course: (P,) cosine of the angle from the mean of the two headings to the shift.
         course_known: (P,) how well that is known: 1 with both headings, .5 with one, 0 with none.
+        ahead_x: (P,) of the unit vector along the mean of the two headings; 0 where not known.
+        ahead_z: (P,) likewise.
         vertical: (A, P) how much likelier the rise is, for each scale, than any; no rows where all is level.
         size: (W, P) how much likelier the sizes are for each reliability of sizes than for any object.
         like: (P,) weight of all else: category, hint.
@@ -100,12 +110,38 @@ class Pairs(NamedTuple):
     turned: BoolArray
     course: FloatArray
     course_known: FloatArray
+    ahead_x: FloatArray
+    ahead_z: FloatArray
     vertical: FloatArray
     size: FloatArray
     like: FloatArray
     stays: BoolArray
     far: FloatArray
     farther: FloatArray
+
+
+class Common(NamedTuple):
+    """A motion that all share.
+
+    Args:
+        x, z: the place about which it turns.
+        east, north: the shift.
+        sine, cosine, turn: of the turn, radians.
+        ahead: how far each thing goes along its own heading besides.
+        total: of how many things it was found.
+        moment: how well these say the turn, or how far they go ahead.
+    """
+
+    x: float
+    z: float
+    east: float
+    north: float
+    sine: float
+    cosine: float
+    turn: float
+    ahead: float
+    total: float
+    moment: float
 
 
 class Seeing(NamedTuple):

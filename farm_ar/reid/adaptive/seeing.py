@@ -19,7 +19,10 @@ _GOLDEN_ANGLE = float(np.pi * (3 - np.sqrt(5)))
 _DOUBT = 0.1
 """What a detector is never sure of: the least doubt of a detection, to which the others' are compared."""
 
-COME_AND_GONE, SHARED_ALL, SHARED_SOME = 0.1, 2.0, 0.1
+AMONG = 0.6
+"""Share of what goes anywhere that goes to where its look-alikes are, if as many are seen as are known."""
+
+COME_AND_GONE, SHARED_ALL, SHARED_SOME = 0.02, 8.0, 0.1
 """By how much likelier it is that things come and go, or that all move together, where as many are seen as
 are known and all is in view; and that all move together where it is not so."""
 
@@ -46,8 +49,9 @@ def seeing_of(
     scale = np.append(every.scale, problem.extent / np.sqrt(2))
     inside = np.zeros((len(scale), labels))
     view_of(snapshot.camera, known, problem.labels, scale, inside)
-    # What has gone anywhere is where its look-alikes are.
-    anywhere = float(inside[-1].mean()) if labels else 1.0
+    # What has gone anywhere goes as far as the extent; if none is missing, mostly to among its look-alikes.
+    among = AMONG * problem.complete
+    anywhere = float((among * inside[0] + (1 - among) * inside[-1]).mean()) if labels else 1.0
     area = problem.area * max(anywhere, 1 / (n + 1))
     doubt = 1 - snapshot.detections.confidence + _DOUBT
     rates = np.array(options.rates)

@@ -5,11 +5,12 @@ import itertools
 import numpy as np
 import pytest
 from scipy import stats
+from scipy.special import i0e
 
 from farm_ar.reid import AdaptiveReid
 from farm_ar.reid.adaptive.hypotheses import hypotheses, scales_for
 from farm_ar.reid.adaptive.inference import infer
-from farm_ar.reid.adaptive.records import AHEAD, EXPONENTIAL, GAUSSIAN, RING, STUDENT, TOGETHER
+from farm_ar.reid.adaptive.records import AHEAD, EXPONENTIAL, GAUSSIAN, RAY, RING, STUDENT, TOGETHER
 from farm_ar.reid.adaptive.seeing import motion_prior, seeing_of
 from farm_ar.scenes import Camera, Detections, FieldOfView, Layout, Scene, Snapshot
 
@@ -42,6 +43,10 @@ def shift_density(kind, length, width, shift, heading):
         return stats.multivariate_t(np.zeros(2), length**2 * np.eye(2), df=2).pdf(shift)
     if kind == AHEAD:
         return stats.multivariate_normal(length * heading, (width * length) ** 2).pdf(shift)
+    if kind == RAY:
+        bulk = stats.halfnorm(scale=length).pdf(0) / (2 * np.pi * max(r, 0.05 * length))
+        even = 1 / (np.pi * (r**2 + 0.02**2) * np.log1p((length / 0.02) ** 2))
+        return (bulk + even) / 2 * np.exp(-((r / length) ** 2) / 2)
     assert kind == RING
     far = max(r, 0.1 * length)
     return stats.lognorm(width, scale=length).pdf(far) / (2 * np.pi * far)
@@ -59,8 +64,6 @@ def by_enumeration(reid, snapshot, problem, every, seeing, prior):
     )
     mean /= np.linalg.norm(mean, axis=-1, keepdims=True)
     r = np.linalg.norm(steps, axis=-1)
-    # Where hardly anything has moved its direction means less: as in the method.
-    mean = mean * (r / np.hypot(r, 0.02))[..., None]
     points = np.concatenate([seen.position, layout.position]) / unit
     area = 2 * np.pi * (((points - points.mean(axis=0)) ** 2).sum(axis=1).mean() + 1)
     by_ratio = 1 / (np.pi * (r**2 + 0.02**2) * np.log1p(area / np.pi / 0.02**2))
@@ -77,7 +80,8 @@ def by_enumeration(reid, snapshot, problem, every, seeing, prior):
         kind, length, width = every.profiles.kind[p], every.profiles.length[p], every.profiles.width[p]
         turn = np.full((n, m), 1 / (2 * np.pi))
         if angles.turn[t] > 0:
-            turn = (1 - angles.outliers) * stats.vonmises(angles.turn[t]).pdf(turns) + angles.outliers * turn
+            turned = stats.vonmises(angles.turn[t]).pdf(angles.fold[t] * turns)
+            turn = (1 - angles.outliers) * turned + angles.outliers * turn
         if p not in shifts:
             pairs = itertools.product(range(n), range(m))
             near = [shift_density(kind, length, width, steps[i, j], mean[i, j]) for i, j in pairs]
@@ -85,7 +89,10 @@ def by_enumeration(reid, snapshot, problem, every, seeing, prior):
         near = shifts[p]
         if c >= 0:
             cosine = (steps * mean).sum(axis=-1) / np.maximum(r, 1e-12)
-            course = stats.vonmises(angles.course[c]).pdf(np.arccos(np.clip(cosine, -1, 1))) * 2 * np.pi
+            # Where hardly anything has moved its direction means less: as in the method.
+            less = r**2 / (r**2 + 0.02**2)
+            kappa = angles.course[c]
+            course = np.sqrt(less) * np.exp(kappa * less * (cosine - 1)) / i0e(kappa)
             near = near * (angles.astray + (1 - angles.astray) * course)
         density = (1 - motions.far[h]) * near * turn + motions.far[h] * far
         view = (1 - motions.far[h]) * seeing.in_view[motions.scale[h]] + motions.far[h] * seeing.anywhere

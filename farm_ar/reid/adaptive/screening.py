@@ -1,0 +1,217 @@
+"""Compiled weights of hypotheses of `AdaptiveReid`, and the screening of all motions."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from farm_ar.arrays import FloatArray, IntArray
+from farm_ar.kernels import compiled
+from farm_ar.reid.adaptive.common import free_share
+from farm_ar.reid.adaptive.densities import blend
+from farm_ar.reid.adaptive.records import Motions, Pairs, Seeing, Sparse, Table
+from farm_ar.reid.adaptive.sparse import propagate
+
+SCREENED = 9.0
+"""By how much, in logarithms, a motion may fall short of the best one with middling rates."""
+
+NEGLIGIBLE = 1e-9
+"""Share of a detection's largest weight below which a label is as good as impossible."""
+
+UNLIKELY = -7.0
+"""Log of the prior of the highest rates below which motions are not screened with them."""
+
+FEW_ROUNDS = 4
+
+_compile = compiled(error_model="numpy")
+
+
+@_compile
+def weigh(
+    pairs: Pairs,
+    seeing: Seeing,
+    density: FloatArray,
+    scale: int,
+    far: float,
+    unseen_rate: float,
+    new: float,
+    some: Sparse,
+    factor: FloatArray,
+) -> tuple[float, float]:
+    """Fill in the weights that are not negligible, each detection's relative to its largest.
+
+    Args:
+        pairs: the pairs.
+        seeing: what is known of detecting.
+        density: (P,) of the pairs.
+        scale: index of the scale of motion.
+        far: share that goes anywhere.
+        unseen_rate: at which what is in view is missed or gone.
+        new: expected detections without a label.
+        some: filled.
+        factor: (M,) room for the labels' factors.
+
+    Returns:
+        The log of what the weights are relative to, and of an upper bound of the evidence.
+    """
+    n, labels = len(seeing.none), len(seeing.anywhere)
+    total, product = 0.0, 1.0
+    for j in range(labels):
+        view = (1.0 - far) * seeing.in_view[scale, j] + far * seeing.anywhere[j]
+        unseen = max(1.0 - (1.0 - unseen_rate) * view, 1e-9)
+        product *= unseen
+        if product < 1e-200:
+            total += math.log(product)
+            product = 1.0
+        factor[j] = (1.0 - unseen_rate) / unseen
+    total += math.log(product)
+    total -= new
+    bound, count = 0.0, 0
+    for i in range(n):
+        none = new * seeing.none[i]
+        largest, reach = none, none
+        for p in range(pairs.start[i], pairs.start[i + 1]):
+            weight = density[p] * factor[pairs.label[p]]
+            reach += weight
+            largest = max(largest, weight)
+        largest = max(largest, 1e-300)
+        reach = max(reach, 1e-300)
+        some.start[i] = count
+        least = NEGLIGIBLE * largest
+        over = 1.0 / largest
+        for p in range(pairs.start[i], pairs.start[i + 1]):
+            weight = density[p] * factor[pairs.label[p]]
+            if weight > least:
+                some.label[count] = pairs.label[p]
+                some.pair[count] = p
+                some.weight[count] = weight * over
+                count += 1
+        some.none[i] = max(none * over, 1e-30)
+        total += math.log(largest)
+        bound += math.log(reach * over)
+    some.start[n] = count
+    return total, total + bound
+
+
+@_compile
+def falling(value: FloatArray) -> IntArray:
+    """The order of the values from the greatest down; equal ones in the order in which they stand."""
+    return np.argsort(-value, kind="mergesort")
+
+
+@_compile
+def weigh_under(
+    h: int,
+    q: int,
+    pairs: Pairs,
+    seeing: Seeing,
+    motions: Motions,
+    density: FloatArray,
+    some: Sparse,
+    factor: FloatArray,
+) -> tuple[float, float]:
+    """`weigh` under motion h and rates q."""
+    scale, far = motions.scale[h], motions.far[h]
+    return weigh(pairs, seeing, density, scale, far, seeing.unseen[q], seeing.new[q], some, factor)
+
+
+@_compile
+def density_by(
+    h: int,
+    turn: FloatArray,
+    course: FloatArray,
+    pairs: Pairs,
+    motions: Motions,
+    table: Table,
+    like: FloatArray,
+    density: FloatArray,
+) -> None:
+    """Fill (P,) weights of the pairs under motion h, with other densities of turns and courses."""
+    use_course = motions.course[h] >= 0
+    shift, far = table.shift[motions.profile[h]], motions.far[h]
+    blend(pairs, shift, turn, course, use_course, far, table.far, density)
+    for p in range(len(density)):
+        density[p] *= like[p]
+    if len(pairs.vertical):
+        rise = pairs.vertical[motions.scale[h]]
+        for p in range(len(density)):
+            density[p] *= rise[p]
+
+
+@_compile
+def density_of(
+    h: int, pairs: Pairs, motions: Motions, table: Table, like: FloatArray, density: FloatArray
+) -> None:
+    """Fill (P,) weights of the pairs under motion h: densities times what else is known of them."""
+    turn, course = table.turn[motions.heading[h]], table.course[max(motions.course[h], 0)]
+    density_by(h, turn, course, pairs, motions, table, like, density)
+
+
+@_compile
+def highest(values: FloatArray) -> FloatArray:
+    """(P,) the greatest of (K, P) values; ones where there are none."""
+    result = np.ones(values.shape[1])
+    for k in range(len(values)):
+        for p in range(len(result)):
+            result[p] = values[k, p] if k == 0 else max(result[p], values[k, p])
+    return result
+
+
+@_compile
+def screen(
+    pairs: Pairs,
+    motions: Motions,
+    seeing: Seeing,
+    table: Table,
+    like: FloatArray,
+    some: Sparse,
+    evidence: FloatArray,
+) -> None:
+    """Fill (H,) log evidences of the motions; minus infinity where a bound is enough.
+
+    Rates are middling, or those at which most comes and goes, whichever explain more. A bound of a whole
+    group, with the best that headings could tell of each pair, leaves out most of them.
+
+    Args:
+        pairs: the pairs.
+        motions: the motions.
+        seeing: what is known of detecting.
+        table: densities of the pairs.
+        like: (P,) weight of what does not depend on motions.
+        some: room for weights.
+        evidence: filled.
+    """
+    labels, groups = len(seeing.anywhere), len(motions.group) - 1
+    density, factor, to_row = np.empty(len(like)), np.empty(labels), np.empty(len(like))
+    best_turn, best_course = highest(table.turn), highest(table.course)
+    rates = np.array([len(seeing.unseen) // 2, len(seeing.unseen) - 1])
+    chance = np.array([0.0, seeing.log_rates[-1]])
+    tried = 2 if chance[1] > UNLIKELY else 1
+    bound = np.full(groups, -np.inf)
+    evidence[:] = -np.inf
+    for g in range(groups):
+        h = motions.group[g]
+        prior = motions.log_prior[h : motions.group[g + 1]].max() + table.penalty[motions.profile[h]]
+        if prior == -np.inf:
+            continue
+        density_by(h, best_turn, best_course, pairs, motions, table, like, density)
+        for k in range(tried):
+            _, most = weigh_under(h, rates[k], pairs, seeing, motions, density, some, factor)
+            bound[g] = max(bound[g], prior + chance[k] + most)
+    best = -np.inf
+    for g in falling(bound):
+        if not bound[g] > best - SCREENED:
+            break
+        for h in range(motions.group[g], motions.group[g + 1]):
+            prior = motions.log_prior[h] + table.penalty[motions.profile[h]]
+            if prior == -np.inf:
+                continue
+            density_of(h, pairs, motions, table, like, density)
+            for k in range(tried):
+                total, most = weigh_under(h, rates[k], pairs, seeing, motions, density, some, factor)
+                if prior + chance[k] + most > best - SCREENED:
+                    to_row[:] = free_share(len(seeing.none), labels)
+                    found = total + propagate(some, labels, to_row, FEW_ROUNDS, 1e-3)
+                    evidence[h] = max(evidence[h], prior + chance[k] + found)
+                    best = max(best, evidence[h])
