@@ -2,8 +2,7 @@
 
     python benchmarks/judging_frames.py FRAMES --count 300
     python benchmarks/judging_frames.py OWN --count 300 --own
-    python benchmarks/judging_frames.py HANDS --count 1300 --hands
-    python benchmarks/perception.py FRAMES OWN HANDS [--write]
+    python benchmarks/perception.py FRAMES OWN [--write]
 
 FRAMES are of the second renderer, OWN show the same worlds drawn by farm-ar's. With --write the tables take
 their place in the page, and the pictures theirs in docs/images. Times are of one processor.
@@ -56,8 +55,6 @@ ROOT = Path(__file__).parents[1]
 PAGE, IMAGES = ROOT / "docs" / "perception.md", ROOT / "docs" / "images"
 CAMERA_OFF_M, CAMERA_OFF_RAD = 0.01, np.deg2rad(0.5)
 GREEN, RED = (60, 220, 90), (255, 60, 50)
-LEAST_HAND = 0.005
-"""Share of a picture that a hand and its arm must cover to count."""
 
 
 def main() -> None:
@@ -67,7 +64,6 @@ def main() -> None:
     )
     parser.add_argument("judged", type=Path)
     parser.add_argument("own", type=Path)
-    parser.add_argument("hands", type=Path, nargs="?")
     parser.add_argument("--count", type=int)
     parser.add_argument("--write", action="store_true")
     options = parser.parse_args()
@@ -83,8 +79,6 @@ def main() -> None:
                 "estimate.\n"
             )
     parts["camera"] = camera_table(options.judged, options.count)
-    if options.hands is not None:
-        parts["hands"] = hand_table(options.hands)
     for name, text in parts.items():
         print(f"{name}\n\n{text}")
     if options.write:
@@ -144,31 +138,6 @@ def moved(view: View, rng: np.random.Generator) -> View:
         yaw=view.yaw + yaw,
         pitch=view.pitch + pitch,
         roll=view.roll + roll,
-    )
-
-
-def hand_table(folder: Path) -> str:
-    """How often hands are found that cover enough of a picture, and how often none is there."""
-    from farm_ar.vision.hands import HandInImage
-
-    detector = HandInImage()
-    hits = {True: [0, 0], False: [0, 0]}
-    small = 0
-    for frame in frames_of(folder, None):
-        share = frame.hand_pixels / (frame.image.shape[0] * frame.image.shape[1])
-        if 0 < share < LEAST_HAND:
-            small += 1
-            continue
-        counted = hits[share > 0]
-        counted[0] += detector.sees(frame.image)
-        counted[1] += 1
-    (found, hands), (false, empty) = hits[True], hits[False]
-    rows = [
-        ["with a hand", str(hands), f"{found} ({found / max(hands, 1):.3f})"],
-        ["without", str(empty), f"{false} ({false / max(empty, 1):.4f})"],
-    ]
-    return (
-        as_table(["frames", "", "a hand is said"], rows) + f"\n{small} frames with less of a hand left out.\n"
     )
 
 
