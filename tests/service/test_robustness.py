@@ -218,10 +218,10 @@ def killed_at(path: Path, rng: np.random.Generator, known: int) -> int:
                 "POST",
                 "/v1/sessions/room/confirm",
                 json={"revision": revision, "snapshot": seen["snapshot"]},
+                timeout=float(rng.uniform(0.001, 0.02)),
             )
             os.kill(process.pid, signal.SIGSTOP) if rng.random() < 0.2 else None
             try:
-                line.timeout = httpx.Timeout(rng.uniform(0.001, 0.02))
                 line.send(request)
                 revision += 1
             except httpx.HTTPError:
