@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from farm_ar.arrays import FloatArray
@@ -130,6 +130,8 @@ def assert_same(first: Identification, second: Identification, scale: float = 1.
 
 @pytest.mark.parametrize("name", NAMES)
 @settings(deadline=None)
+@example(seed=13, shift=(300.0, -40.0), turn=2.0, log_scale=-1.0, mirror=False)  # a fit ends in the same step
+@example(seed=116, shift=(3.0, 4.0), turn=1.0, log_scale=0.8, mirror=True)  # a motion as far as any may be
 @given(
     seed=SEEDS,
     shift=st.tuples(*2 * [st.floats(-1000, 1000)]),

@@ -139,7 +139,7 @@ def _climb(
         pooled = share[counts] @ fit.work.sums[counts] / share[counts].sum()
         best, _, _ = solve_motion(pooled, *prior)
         change = np.abs(motion - best)
-        still = change[:2].max() < limits.still_m and change[2] < STILL
+        still = np.hypot(change[0], change[1]) < limits.still_m and change[2] < STILL
         motion[:] = best
         last = still or step + 1 == limits.steps
         fit.work.use[:] = limits.use if last else counts

@@ -36,6 +36,9 @@ WIDE = 0.05
 LIMIT = 3.0
 """SDs within which motions are looked for."""
 
+ROUNDING = 1e-9
+"""Share of a length that is rounding: a look-alike may have stood just as far away as is looked."""
+
 NEAR = 2.0 / USUAL_LENGTH_M
 """Distance of a camera from a pivot, by the scene's length, up to which turning moves little that is far."""
 
@@ -247,7 +250,7 @@ def _search(setting: Setting, spread: float, longest: float, most_turned: float)
         translation_scale=1 + int(np.abs(spreads - spread * setting.spacing).argmin()),
         rotation_scale=1 + int(np.abs(sharpness - concentration_of(np.array(TURN))).argmin()),
         wide=WIDE,
-        longest=longest,
+        longest=longest * (1 + ROUNDING),
         most_turned=min(most_turned, np.pi),
         tolerance=TOLERANCE * setting.spacing,
     )
