@@ -23,6 +23,7 @@ _WAYS = {
     "ahead": "ahead along its heading, each its own way",
     "together": "all by one shift",
     "together, turning": "all by one shift and turn",
+    "together, and ahead": "all by one shift, and each ahead along its heading",
     "stay or move": "most hardly, some anywhere",
     "nudged or moved": "most hardly, some anywhere",
 }
