@@ -89,3 +89,7 @@ def test_a_network_is_not_trained_on_nothing_nor_written_to_another_ending(mista
     said = mistake("vision", "train", "--meshes", str(empty), "--out", "m.onnx")
     assert "meshes: must be a folder with files" in said
     assert "out: must end in .onnx" in mistake("vision", "train", "--out", str(tmp_path / "m.bin"))
+
+
+def test_a_perception_that_there_is_not_is_refused(mistake):
+    assert "--perception: must be one of oracle, pixels" in mistake("demo", "--perception", "nose")
