@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from farm_ar.arrays import BoolArray, FloatArray, IntArray, read_only
+from farm_ar.arrays import WEIGHT, BoolArray, FloatArray, IntArray, read_only
 from farm_ar.errors import OptionError, SceneError, known_name
 from farm_ar.geometry import world_box
 from farm_ar.reid.answers import Assurance, Identification, IdentificationBatch
@@ -124,7 +124,7 @@ class SpatialReid(Reidentifier):
             given = Weights.of_area(scene.area)
         elif given == "scale-free":
             by_length = scene.diagonal / lengths_of(scene).scene
-            given = Weights(_PER_METRE * USUAL_LENGTH_M * by_length, 1.0)
+            given = Weights(min(float(_PER_METRE * USUAL_LENGTH_M * by_length), WEIGHT.high), 1.0)
         self.weights = given if isinstance(given, Weights) else scene.cost_weights
         self._translation_weight = self.weights.translation if "translation" in terms else 0.0
         self._rotation_weight = self.weights.rotation if "rotation" in terms else 0.0
