@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from farm_ar.game_logic.phases import Phase
 from farm_ar.game_logic.physics.gripper import HandState
 from farm_ar.game_logic.physics.limits import Motion, MotionLimit
 from farm_ar.game_logic.physics.tabletop import Tabletop
+from farm_ar.game_logic.render_state import RenderState
 from farm_ar.scenes import Camera, Detections, Layout, Scene, Snapshot
 
 UPDATES = ("pause", "live")
@@ -185,6 +186,10 @@ class LiveGame(FarmGame):
         self.sightings.append(sighting)
         self._visits["visited"], self._visits["away"] = False, 0
         return sighting
+
+    def render_state(self, caption: str = "") -> RenderState:
+        """All there is to see now; nobody is frozen while the hand is in view."""
+        return replace(super().render_state(caption), phase=Phase.PLAY.text)
 
     def state(self) -> dict[str, FloatArray | float]:
         """All that may change, by name."""

@@ -122,6 +122,7 @@ def test_a_steered_hand_is_watched_too():
     for _ in range(20):
         env.step(np.array([0.0, 0.5, 0.0, -1.0], np.float32))
     assert env.world.phase is Phase.HAND
+    assert env.world.render_state().phase == "play"  # no picture says that they are frozen
     assert env.world.clock - before == pytest.approx(2.0, abs=0.05)  # the animals ran all the time
 
 
