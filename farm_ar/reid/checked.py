@@ -176,8 +176,17 @@ def _explained(answer: Identification, scene: Scene, snapshot: Snapshot, kept: I
         if label is None and reasons[k] is None:
             free = left if mine is None else left & {mine, NO_CATEGORY}
             taken = bool(answer.candidates) and not free
-            reasons[k] = "all labels that it may have are given to others" if taken else "no label fits it"
+            reasons[k] = "all labels that it may have are given to others" if taken else _unfit(answer, k)
     return replace(answer, reason=tuple(reasons))
+
+
+def _unfit(answer: Identification, k: int) -> str:
+    """Why detection k has none of the labels that are left."""
+    if answer.probability is None or answer.probability[k, :-1].max(initial=0.0) <= answer.probability[k, -1]:
+        return "no label fits it"
+    j = int(answer.probability[k, :-1].argmax())
+    sure = answer.probability[k, j]
+    return f"its likeliest label, {answer.candidates[j]}, has a probability of {sure:.2f} only"
 
 
 def _rule(reid: Any, scene: Scene) -> Reidentifier:

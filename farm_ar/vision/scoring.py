@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
+from scipy.optimize import linear_sum_assignment, nnls
 
 from farm_ar.arrays import BoolArray, FloatArray, Record
 from farm_ar.errors import SnapshotError
@@ -245,7 +245,7 @@ def scores(kept: Sequence[tuple[Frame, Matched]]) -> Scores:
     estimates = sum(one.estimates for _, one in kept)
     false = sum(one.false for _, one in kept) / max(estimates, 1)
     spent = np.array([(1.0, one.estimates, one.seconds) for _, one in kept])
-    fitted = np.linalg.lstsq(spent[:, :2], spent[:, 2], rcond=None)[0] if len(kept) > 1 else spent[0, [2, 2]]
+    fitted, _ = nnls(spent[:, :2], spent[:, 2])  # no part of the time is negative
     rows = {name: _score(mask, found) for name, mask in chosen.items()}
     return Scores(rows, len(kept), false, 1000 * float(fitted[0]), 1000 * float(fitted[1]))
 

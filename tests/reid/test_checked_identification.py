@@ -2,6 +2,7 @@
 
 import pickle
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,9 +19,10 @@ from farm_ar.reid import (
     align,
     identify,
 )
+from farm_ar.reid.adaptive import AdaptiveOptions, AdaptiveReid
 from farm_ar.reid.answers import Assurance, Identification
 from farm_ar.reid.plausibility import set_aside
-from farm_ar.scenes import Camera, Detections, FieldOfView, Layout, Scene, Snapshot
+from farm_ar.scenes import Camera, Detections, FieldOfView, Layout, Scene, Snapshot, load_scene, load_snapshot
 
 
 @pytest.fixture
@@ -373,3 +375,18 @@ def test_whatever_is_detected_is_answered(scene, rows, reid):
     for label, reason, row in zip(found.labels, found.reason, rows, strict=True):
         assert (label is None) == (reason is not None)
         assert label is None or (row[0] != "Chair" and not np.isnan(row[1]))
+
+
+DATA = Path(__file__).parents[2] / "examples" / "data"
+
+
+def test_a_label_below_the_threshold_is_named_with_its_probability():
+    before, seen = load_scene(DATA / "before.json"), load_snapshot(DATA / "seen.json")
+    plain = identify(before, seen)
+    sure = identify(before, seen, lambda scene: AdaptiveReid(scene, AdaptiveOptions(min_confidence=0.8)))
+    below = [k for k, label in enumerate(sure.labels) if label is None]
+    assert below
+    for k in below:
+        assert sure.reason[k] == (
+            f"its likeliest label, {plain.labels[k]}, has a probability of {plain.confidence[k]:.2f} only"
+        )

@@ -11,7 +11,9 @@ from farm_ar.envs import first_difference
 from farm_ar.errors import OptionError
 from farm_ar.game_logic.farm_game import Phase
 from farm_ar.reid import SpatialReid, reid_factory
+from farm_ar.showcases import ScriptRecorder, load_script
 from farm_ar.web.game import METHODS, STEPS_PER_SECOND, Game, Pointer
+from farm_ar.web.recordings import demonstrations, recorded_script
 
 
 def wait(game: Game, seconds: float) -> None:
@@ -180,3 +182,39 @@ def test_a_second_method_is_asked_of_the_same_snapshot() -> None:
     again = reid_factory("nearest")(game.world.scene.knowing(known)).identify(sighting.snapshot)
     assert news["beside"]["reid"] == "nearest"
     assert [one["label"] for one in news["beside"]["detections"]] == list(again.labels)
+
+
+def test_a_hand_that_leaves_lets_go() -> None:
+    game = Game(seed=0)
+    start = game.world.truth.position[0]
+    game.pointer = Pointer(*start)
+    wait(game, 1.5)
+    game.pointer = Pointer(*start, grip=True)
+    wait(game, 0.2)
+    assert game.world.tabletop.hand.gripped == 0
+    game.pointer = Pointer(grip=True)
+    wait(game, 0.1)
+    assert game.world.tabletop.hand.gripped is None
+
+
+def test_there_is_no_par_while_the_headset_is_fooled() -> None:
+    game = Game(seed=0)
+    layout = game.world.truth
+    (ax, az), (bx, bz) = (layout.position[layout.index(name)] for name in ("magenta-hutch", "purple-hutch"))
+    carry(game, "magenta-hutch", 0.6, 0.15)
+    carry(game, "purple-hutch", ax, az)
+    carry(game, "magenta-hutch", bx, bz)
+    assert game.par_cm is not None
+    game.pointer = Pointer()
+    wait(game, 1.5)
+    assert game.world.tracker.belief.wrong.any()
+    assert game.par_cm is None
+
+
+def test_a_demonstration_says_each_snapshot_once() -> None:
+    name = next(iter(demonstrations()))
+    recording = recorded_script(name)
+    said = [frame["snapshot"] for frame in recording["frames"] if "snapshot" in frame]
+    assert [one["number"] for one in said] == list(range(1, 1 + len(load_script(name).visits)))
+    film = ScriptRecorder(load_script(name), make_pictures=None).play()
+    assert sum(len(one["detections"]) for one in said) == len(film.detections)

@@ -94,6 +94,7 @@ def test_limits_are_kept_to_the_last_digit() -> None:
         MotionLimit(metres=0.05),
         MotionLimit(radians=0.2),
         MotionLimit(effort=0.05, diagonal=1.442),
+        MotionLimit(effort=0.3, diagonal=1.442),
     ):
         tabletop = table()
         tabletop.carry(0, FARM.layout.position[0] + [0.1, 0.1], float(FARM.layout.yaw[0]) + 1.0, most=most)
@@ -188,3 +189,12 @@ def test_withdrawing_a_hand_that_holds_something_puts_it_down_within_the_budget(
 def test_another_way_of_carrying_is_refused() -> None:
     with pytest.raises(OptionError, match="carry"):
         gym.make("farm_ar:FarmToTable-v0", carry="throw")
+
+
+def test_what_the_headset_does_not_see_is_not_lifted() -> None:
+    away = look_at(np.array([0.6, -0.3]), np.array([0.33, -2.0]), FIELDS_OF_VIEW["photo"])
+    for camera, taken in ((VIEW, True), (away, False)):
+        game = FarmGame(FARM, camera, np.random.default_rng(0), carry="lift")
+        game.tabletop.bring_hand(FARM.layout.position[0])
+        game.tick(np.zeros(2), 0.0, True)
+        assert (game.tabletop.hand.gripped == 0) == taken
