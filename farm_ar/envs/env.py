@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import gymnasium as gym
@@ -385,11 +386,24 @@ class FarmToTableEnv(gym.Env[Any, Any]):
             gymnasium.error.ResetNeeded: there is no episode.
             OptionError: an argument of the environment is an object, which has no name to be found by.
         """
+        return self.trace_so_far()()
+
+    def trace_so_far(self) -> Callable[[], dict[str, Any]]:
+        """What makes the trace of the episode up to now, also later and in another thread.
+
+        Raises:
+            gymnasium.error.ResetNeeded: there is no episode.
+        """
         digest = self.state_hash()
         assert self._trace is not None
+        kept = replace(self._trace, actions=list(self._trace.actions))
         arguments, again = self._config.arguments(), type(self).__new__(type(self))
-        FarmToTableEnv.__init__(again, **arguments)  # a subclass may have other arguments
-        return self._trace.as_json(arguments, digest, again)
+
+        def make() -> dict[str, Any]:
+            FarmToTableEnv.__init__(again, **arguments)  # a subclass may have other arguments
+            return kept.as_json(arguments, digest, again)
+
+        return make
 
     def state_hash(self) -> str:
         """A digest of all that may change in an episode; two equal ones mean equal states.

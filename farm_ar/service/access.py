@@ -6,7 +6,7 @@ import hmac
 import secrets
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from urllib.parse import urlsplit
+from urllib.parse import SplitResult, urlsplit
 
 from farm_ar.service.refusals import NO_TOKEN, RefusedError
 
@@ -46,10 +46,10 @@ class Access:
             RefusedError: it may not.
         """
         origin, host = headers.get("origin"), headers.get("host", "")
-        if origin is not None and origin not in self.origins and urlsplit(origin).netloc != host:
+        if origin is not None and origin not in self.origins and _parts(origin, "Origin").netloc != host:
             raise RefusedError(FORBIDDEN, "Origin", "must be the service's own, or named by --cors", origin)
         if self.token is None:
-            if urlsplit(f"//{host}").hostname not in LOOPBACK:
+            if _parts(f"//{host}", "Host").hostname not in LOOPBACK:
                 raise RefusedError(FORBIDDEN, "Host", f"must be one of {', '.join(LOOPBACK)}", host)
             return
         kind, _, given = headers.get("authorization", "").partition(" ")
@@ -59,3 +59,15 @@ class Access:
             raise RefusedError(
                 NO_TOKEN, "Authorization", "must be Bearer and the token that was printed", "another"
             )
+
+
+def _parts(address: str, header: str) -> SplitResult:
+    """An address taken apart.
+
+    Raises:
+        RefusedError: it is none.
+    """
+    try:
+        return urlsplit(address)
+    except ValueError:
+        raise RefusedError(FORBIDDEN, header, "must be an address", address) from None

@@ -132,8 +132,9 @@ class Service:
     def _asked(self, served: Served, action: str, body: bytes) -> tuple[Served, Values]:
         data = parsed(body)
         if action == "snapshots":
+            seen = served.look(read_snapshots(data, self.limits), body)
             self._images.pop(served.name, None)
-            return served.look(read_snapshots(data, self.limits), body)
+            return seen
         if action == "align":
             return served.align(data, self.limits)
         return served.confirm(data) if action == "confirm" else served.undo(data)

@@ -80,7 +80,7 @@ def decoded_image(data: bytes, source: str | None = None, most_pixels: int = MOS
     from io import BytesIO
 
     from PIL import Image as Pillow
-    from PIL import ImageOps
+    from PIL import ImageOps, UnidentifiedImageError
 
     try:
         with warnings.catch_warnings():
@@ -97,7 +97,9 @@ def decoded_image(data: bytes, source: str | None = None, most_pixels: int = MOS
     except Pillow.DecompressionBombError:
         raise SnapshotError("image", f"must have at most {most_pixels} pixels", "many more", source) from None
     except Exception as problem:  # Pillow's decoders raise whatever they do
-        reason = " ".join(str(problem).split()) or type(problem).__name__
+        # What Pillow says of bytes names where they lie in memory.
+        unknown = isinstance(problem, UnidentifiedImageError)
+        reason = "neither" if unknown else " ".join(str(problem).split()) or type(problem).__name__
         raise SnapshotError("image", "must be a PNG or JPEG file that can be read", reason, source) from None
     return np.array(pixels, dtype=np.uint8)
 

@@ -39,6 +39,12 @@ PAGES = {
 MOST_GAMES, KEPT_S, BEHIND = 32, 600.0, 8
 """Games at once; how long one without anybody is kept, seconds; messages that a slow viewer may lack."""
 
+MOST_WAITING = 64
+"""Messages that wait for a page at most: what it is told once, moments of the game but `BEHIND` of them."""
+
+LONGEST_NAME, SOONEST_S = 32, 0.2
+"""Letters of a game's name; seconds from one new game to the next."""
+
 MOST_MESSAGE = 4096
 """Characters of what a page may send at once."""
 
@@ -50,6 +56,8 @@ class Table:
     Args:
         name: of the game, in links.
         game: the game.
+        began: when the game began, seconds of the loop's clock.
+        empty_since: since when nobody is there.
     """
 
     name: str
@@ -57,15 +65,13 @@ class Table:
     player: WebSocket | None = None
     viewers: dict[WebSocket, asyncio.Queue[str]] = field(default_factory=dict)
     clock: asyncio.Task[None] | None = None
+    began: float = 0.0
     empty_since: float = 0.0
 
     def tell(self, message: str) -> None:
-        """Have everybody get a message; one encoding for all. Who lags misses some."""
+        """Have everybody get a moment of the game; one encoding for all. Who lags misses some."""
         for queue in self.viewers.values():
-            if queue.qsize() >= BEHIND:
-                with suppress(asyncio.QueueEmpty):
-                    queue.get_nowait()
-            queue.put_nowait(message)
+            _put(queue, message, BEHIND)
 
     async def run(self) -> None:
         """Let the game's time pass while somebody is there."""
@@ -74,7 +80,9 @@ class Table:
         while self.viewers:
             self.game.step()
             if (news := self.game.news()) is not None:
-                self.tell(_encoded(news))
+                said = _encoded(news)
+                for queue in self.viewers.values():
+                    _put(queue, said)
             self.tell(_encoded(self.game.state()))
             due = max(due + step, loop.time() - step)  # what was missed is not caught up with
             await asyncio.sleep(max(0.0, due - loop.time()))
@@ -108,10 +116,11 @@ def make_web_app(access: Access | None = None, seed: int = 0, reid: str = "spati
     async def healthz() -> dict[str, str]:
         return {"status": "ok", "version": __version__}
 
-    async def told(request: Request, make: Callable[[], Json], name: str = "") -> Response:
-        """What a thread makes, as JSON; with a name, as a file."""
+    async def told(request: Request, begin: Callable[[], Callable[[], Json]], name: str = "") -> Response:
+        """As JSON what a thread makes, of what is begun here, between two steps; with a name, as a file."""
         try:
             allowed.check(request.headers, request.query_params)
+            make = begin()
             text = await asyncio.to_thread(lambda: _encoded(make()))
         except InputError as problem:
             return Response(str(problem), getattr(problem, "status", 404))
@@ -125,19 +134,23 @@ def make_web_app(access: Access | None = None, seed: int = 0, reid: str = "spati
 
     @app.get("/games/{name}/trace")
     async def trace(name: str, request: Request) -> Response:
-        return await told(request, lambda: game_of(name).trace(), "farm-ar-game.json")
+        return await told(request, lambda: game_of(name).trace_so_far(), "farm-ar-game.json")
 
     @app.get("/games/{name}/recording")
     async def recording(name: str, request: Request) -> Response:
-        return await told(request, lambda: recorded_trace(game_of(name).trace()))
+        def begin() -> Callable[[], Json]:
+            make = game_of(name).trace_so_far()
+            return lambda: recorded_trace(make())
+
+        return await told(request, begin)
 
     @app.get("/recordings.json")
     async def recordings(request: Request) -> Response:
-        return await told(request, lambda: {"recordings": demonstrations()})
+        return await told(request, lambda: lambda: {"recordings": demonstrations()})
 
     @app.get("/recordings/{name}.json")
     async def demonstration(name: str, request: Request) -> Response:
-        return await told(request, lambda: _demonstration(name))
+        return await told(request, lambda: lambda: _demonstration(name))
 
     @app.websocket("/games/{name}")
     async def play(socket: WebSocket, name: str) -> None:
@@ -180,15 +193,16 @@ def add_files(app: FastAPI) -> None:
 def _table(tables: dict[str, Table], name: str, seed: int, reid: str) -> Table:
     """The game of that name; "new" makes one, and so does a name of before the server restarted."""
     now = asyncio.get_running_loop().time()
-    for other, table in list(tables.items()):
-        if not table.viewers and now - table.empty_since > KEPT_S:
-            del tables[other]
+    name = secrets.token_urlsafe(6) if name == "new" else name[:LONGEST_NAME]
     if name in tables:
         return tables[name]
+    empty = sorted((table.empty_since, other) for other, table in tables.items() if not table.viewers)
+    for since, other in empty:
+        if now - since > KEPT_S or len(tables) >= MOST_GAMES:
+            del tables[other]
     if len(tables) >= MOST_GAMES:
         raise OptionError("games", f"must be at most {MOST_GAMES} at once; try again later", len(tables) + 1)
-    name = secrets.token_urlsafe(6) if name == "new" else name[:32]
-    tables[name] = table = Table(name, Game(seed, reid))
+    tables[name] = table = Table(name, Game(seed, reid), began=now, empty_since=now)
     return table
 
 
@@ -207,11 +221,13 @@ async def _attend(table: Table, socket: WebSocket) -> None:
             text = await socket.receive_text()
             if socket is table.player:
                 _obey(table, text, queue)
+            await asyncio.sleep(0)  # others have their turn, however many messages wait
     except (WebSocketDisconnect, RuntimeError, KeyError):
         pass
     finally:
         sending.cancel()
         table.viewers.pop(socket, None)
+        table.empty_since = asyncio.get_running_loop().time()
         if table.player is socket:
             table.player, table.game.pointer = None, Pointer()
             for other, its in table.viewers.items():  # who has watched longest plays on
@@ -222,7 +238,7 @@ async def _attend(table: Table, socket: WebSocket) -> None:
 
 def _greet(table: Table, socket: WebSocket, queue: asyncio.Queue[str]) -> None:
     role = "player" if table.player is socket else "viewer"
-    queue.put_nowait(_encoded({**table.game.hello(), "game": table.name, "role": role}))
+    _put(queue, _encoded({**table.game.hello(), "game": table.name, "role": role}))
 
 
 async def _send(socket: WebSocket, queue: asyncio.Queue[str]) -> None:
@@ -240,13 +256,17 @@ def _obey(table: Table, text: str, queue: asyncio.Queue[str]) -> None:
                 "message", f"must be a JSON object of at most {MOST_MESSAGE} characters", text[:40]
             )
         if message.get("do") == "new":
-            table.game = _new_game(message)
+            now = asyncio.get_running_loop().time()
+            if now - table.began < SOONEST_S:
+                expected = f"must be a new game no sooner than {SOONEST_S:g} s after the last"
+                raise OptionError("do", expected, f"{now - table.began:.2f} s")
+            table.game, table.began = _new_game(message), now
             for socket, its in table.viewers.items():
                 _greet(table, socket, its)
         else:
             table.game.pointer = Pointer.told(message)
     except (InputError, ValueError, RecursionError) as problem:
-        queue.put_nowait(_encoded({"kind": "refused", "reason": str(problem)}))
+        _put(queue, _encoded({"kind": "refused", "reason": str(problem)}), BEHIND)
 
 
 @lru_cache(maxsize=8)
@@ -262,6 +282,12 @@ def _new_game(message: dict[str, Any]) -> Game:
     names = [str(message.get(name) or default) for name, default in defaults.items()]
     known_name("jitter", names[1], JITTERS)
     return Game(seed, *names)
+
+
+def _put(queue: asyncio.Queue[str], message: str, most: int = MOST_WAITING) -> None:
+    """Have a page get a message, unless so many are waiting for it already."""
+    if queue.qsize() < most:
+        queue.put_nowait(message)
 
 
 def _encoded(message: dict[str, Any]) -> str:

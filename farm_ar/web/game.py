@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -232,7 +232,11 @@ class Game:
 
     def trace(self) -> Json:
         """The game so far as JSON values, for `farm-ar replay`."""
-        return self._env.trace()
+        return self.trace_so_far()()
+
+    def trace_so_far(self) -> Callable[[], Json]:
+        """What makes that trace, also later and in another thread, while the game goes on."""
+        return self._env.trace_so_far()
 
     def _least_cm(self) -> float | None:
         """What no one can fool the headset with less than in this visit; None where nothing is proven."""

@@ -16,6 +16,7 @@ from farm_ar.rendering.modelling import write
 from farm_ar.scenes.builtin import builtin_scene
 from farm_ar.vision.photos import (
     check_sizes,
+    decoded_image,
     image_camera_from_dict,
     read_image,
     read_image_camera,
@@ -189,3 +190,13 @@ def test_meshes_that_are_empty_or_in_other_units_are_refused(tmp_path):
     write(model("coop").fitted(10.0, 8.0, 9.0), tmp_path / "shed.glb")
     with pytest.raises(MeshError, match="about as large as in the scene"):
         check_sizes({"coop": read_meshes(tmp_path, ["shed"])["shed"]}, builtin_scene("farm"))
+
+
+def test_an_unreadable_image_is_refused_in_the_same_words_each_time():
+    said = []
+    for _ in range(2):
+        with pytest.raises(SnapshotError) as caught:
+            decoded_image(b"no picture")
+        said.append(str(caught.value))
+    assert said[0] == said[1]
+    assert " at 0x" not in said[0]

@@ -1,0 +1,128 @@
+"""The page's server: names of games, what a page may send, and games that go on meanwhile."""
+
+import asyncio
+import json
+import warnings
+
+import pytest
+
+from farm_ar.envs import first_difference
+from farm_ar.errors import OptionError
+from farm_ar.web import app as pages
+from farm_ar.web.app import MOST_GAMES, Table, make_web_app
+from farm_ar.web.game import STEPS_PER_SECOND, Game
+
+LOOPBACK, SOCKETS = "http://127.0.0.1", "ws://127.0.0.1"
+
+
+@pytest.fixture
+def client():
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # it would rather have a package that is not there
+        from starlette.testclient import TestClient
+    with TestClient(make_web_app(), base_url=LOOPBACK) as one:
+        yield one
+
+
+def hello(socket):
+    while True:
+        message = json.loads(socket.receive_text())
+        if message["kind"] == "hello":
+            return message
+
+
+def said(socket, kind):
+    for _ in range(200):
+        message = json.loads(socket.receive_text())
+        if message["kind"] == kind:
+            return message
+    raise AssertionError(kind)
+
+
+def test_a_long_name_is_one_game(client):
+    with client.websocket_connect(f"{SOCKETS}/games/" + "x" * 50) as first:
+        assert hello(first)["role"] == "player"
+        with client.websocket_connect(f"{SOCKETS}/games/" + "x" * 50) as second:
+            assert hello(second)["role"] == "viewer"
+        assert len(client.app.state.tables) == 1
+
+
+@pytest.mark.parametrize("host", ["[", "evil.example", "127.0.0.1.evil.example"])
+def test_a_strange_host_is_refused(client, host):
+    assert client.get("/recordings.json", headers={"Host": host}).status_code == 403
+    assert client.get("/recordings.json", headers={"Origin": f"http://{host}"}).status_code == 403
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("", "{", "[]", '{"x": "a"}', '{"x": NaN, "z": 0, "turn": 0}', "9" * 5000, "[" * 3000),
+        *('{"do": "new", "seed": -1}', '{"do": "new", "reid": "magic"}'),
+    ],
+)
+def test_what_cannot_be_done_is_said_and_the_game_goes_on(client, text):
+    with client.websocket_connect(f"{SOCKETS}/games/new") as page:
+        hello(page)
+        asyncio.run(asyncio.sleep(pages.SOONEST_S))
+        page.send_text(text)
+        assert said(page, "refused")["reason"]
+        step = said(page, "state")["step"]
+        assert said(page, "state")["step"] > step
+
+
+def test_new_games_do_not_follow_one_another_too_soon(client):
+    with client.websocket_connect(f"{SOCKETS}/games/new") as page:
+        hello(page)
+        asyncio.run(asyncio.sleep(pages.SOONEST_S))
+        for seed in (1, 2):
+            page.send_text(json.dumps({"do": "new", "seed": seed}))
+        assert hello(page)["seed"] == 1
+        assert "no sooner" in said(page, "refused")["reason"]
+
+
+def test_a_trace_saved_while_the_game_is_played_plays_again(client):
+    with client.websocket_connect(f"{SOCKETS}/games/mine") as page:
+        hello(page)
+        page.send_text(json.dumps({"x": 0.6, "z": 0.3, "turn": 0}))
+        for _ in range(3):
+            trace = client.get("/games/mine/trace").json()
+            assert len(trace["hashes"]) == len(trace["actions"]) + 1
+            assert first_difference(trace) is None
+    assert client.get("/games/other/trace").status_code == 404
+
+
+def test_a_trace_is_that_of_when_it_was_asked_for():
+    game = Game()
+    game.step()
+    make = game.trace_so_far()
+    game.step()
+    assert len(make()["actions"]) == 1
+
+
+def test_games_that_nobody_is_in_make_room_for_new_ones():
+    async def names():
+        tables: dict[str, Table] = {}
+        for k in range(MOST_GAMES + 3):
+            pages._table(tables, f"game {k}", 0, "spatial")
+        first = pages._table(tables, "game 34", 0, "spatial")
+        assert pages._table(tables, "game 34", 0, "spatial") is first
+        assert len(tables) <= MOST_GAMES
+        for table in tables.values():
+            table.viewers[object()] = asyncio.Queue()
+        with pytest.raises(OptionError, match="at once"):
+            pages._table(tables, "one more", 0, "spatial")
+
+    asyncio.run(names())
+
+
+def test_a_page_that_does_not_read_misses_moments_but_nothing_that_is_said_once():
+    async def queue():
+        table = Table("slow", Game())
+        table.viewers[object()] = waiting = asyncio.Queue()
+        table.viewers[object()] = asyncio.Queue()
+        clock = asyncio.create_task(table.run())
+        await asyncio.sleep((pages.BEHIND + 10) / STEPS_PER_SECOND)
+        clock.cancel()
+        return waiting.qsize()
+
+    assert asyncio.run(queue()) == pages.BEHIND
