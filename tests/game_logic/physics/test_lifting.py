@@ -97,7 +97,7 @@ def test_limits_are_kept_to_the_last_digit() -> None:
         MotionLimit(effort=0.3, diagonal=1.442),
     ):
         tabletop = table()
-        tabletop.carry(0, FARM.layout.position[0] + [0.1, 0.1], float(FARM.layout.yaw[0]) + 1.0, most=most)
+        tabletop.carry(2, (0.6, 0.3), 1.0, most=most)
         moved = tabletop.moved
         assert 0 < moved.metres <= most.metres + 1e-12
         assert 0 < moved.radians <= most.radians + 1e-12
