@@ -76,7 +76,7 @@ def read_photo(
 
 
 def draw_photo(scene: Scene, photo: Photo, found: Identification, path: Path) -> None:
-    """Write the image with outlines, labels and how sure they are.
+    """Write the image with outlines, labels and confidences.
 
     Raises:
         OptionError: the file cannot be written, or is no .png or .jpg.

@@ -198,7 +198,7 @@ def _world(world: World) -> dict[str, str]:
 
 
 def frame_values(scene: Scene, alignment: Alignment) -> dict[str, Any]:
-    """A frame that was found as JSON values: the pose of its origin in the map's file, and how sure that is.
+    """A frame that was found as JSON values: the pose of its origin in the map's file, and its probability.
 
     The origin is that of farm-ar's axes, where the snapshot's file gives its own an `origin`.
     """

@@ -1,4 +1,4 @@
-"""The answer to a snapshot, or to many: which label each detection is, and how sure that is."""
+"""The answer to a snapshot, or to many: which label each detection is, with its confidence."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ class Assurance(Record):
 
 @dataclass(frozen=True, eq=False)
 class Identification(Record):
-    """Which label each of N detections is, and how sure that is.
+    """Which label each of N detections is, with its confidence.
 
     Args:
         labels: N labels, None where a detection stays unidentified.
@@ -92,7 +92,7 @@ class Identification(Record):
         sites: names of the sites whose labels were considered; none where nothing was pruned.
         widened: whether the threshold left fewer candidates than detections, so that sites were added.
         solve_time: seconds spent in the solver; with `lsap` on the costs, too, found in the same call.
-        assurance: how sure the answer is, or what works it out when it is first asked for.
+        assurance: the confidence of the answer, or what works it out when it is first asked for.
         reason: N short reasons why a detection has no label; None where it has one, or where none is given.
 
     Raises:

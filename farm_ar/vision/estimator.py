@@ -1,4 +1,4 @@
-"""Poses from an image: what the network saw, lifted onto the plane, refined, and how sure that is."""
+"""Poses from an image: what the network saw, lifted onto the plane, refined, with their uncertainty."""
 
 from __future__ import annotations
 

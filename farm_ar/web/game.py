@@ -1,4 +1,4 @@
-"""One game that a pointer plays: an endless episode of the environment, and what a page is told of it."""
+"""One game that a pointer plays: an endless episode of the environment, and what a page receives of it."""
 
 from __future__ import annotations
 

@@ -165,7 +165,7 @@ def _go_on(
     tried: Steps,
     worth: FloatArray,
 ) -> int:
-    """Try every step that plans may go on by, and note what it is worth.
+    """Try every step that plans may go on by, and note its score.
 
     Args:
         task: what the plans are for.
