@@ -5,8 +5,7 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import replace
+from collections.abc import Mapping
 from typing import Any
 
 import gymnasium as gym
@@ -19,16 +18,17 @@ from farm_ar.envs.controls import Control, control_of
 from farm_ar.envs.features import Features
 from farm_ar.envs.generator import Generator, checked_options, scene_of
 from farm_ar.envs.observations import OBSERVATIONS, Left
+from farm_ar.envs.recorded import RecordedEnv
 from farm_ar.envs.rewards import Reward
 from farm_ar.envs.table import TableView, meeting_order
-from farm_ar.envs.trace import Trace, state_digest
+from farm_ar.envs.trace import Trace
 from farm_ar.envs.window import Window, open_window
 from farm_ar.envs.worlds import World, new_world
 from farm_ar.errors import OptionError
 from farm_ar.game_logic.belief import Sighting
 
 
-class FarmToTableEnv(gym.Env[Any, Any]):
+class FarmToTableEnv(RecordedEnv):
     """An agent moves what a headset has to recognise again.
 
     ## Description
@@ -379,62 +379,8 @@ class FarmToTableEnv(gym.Env[Any, Any]):
             self._window.close()
             self._window = None
 
-    def trace(self) -> dict[str, Any]:
-        """The episode so far as JSON values: what `farm_ar.envs.replay` plays again to the same hash.
-
-        Raises:
-            gymnasium.error.ResetNeeded: there is no episode.
-            OptionError: an argument of the environment is an object, which has no name to be found by.
-        """
-        return self.trace_so_far()()
-
-    def trace_so_far(self) -> Callable[[], dict[str, Any]]:
-        """What makes the trace of the episode up to now, also later and in another thread.
-
-        Raises:
-            gymnasium.error.ResetNeeded: there is no episode.
-        """
-        digest = self.state_hash()
-        assert self._trace is not None
-        kept = replace(self._trace, actions=list(self._trace.actions))
-        arguments, again = self._config.arguments(), type(self).__new__(type(self))
-
-        def make() -> dict[str, Any]:
-            FarmToTableEnv.__init__(again, **arguments)  # a subclass may have other arguments
-            return kept.as_json(arguments, digest, again)
-
-        return make
-
-    def state_hash(self) -> str:
-        """A digest of all that may change in an episode; two equal ones mean equal states.
-
-        Raises:
-            gymnasium.error.ResetNeeded: there has been no episode yet.
-        """
-        return state_digest(self.world.state(), self._left(), self.np_random)
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {
-            "arguments": self._config.arguments(),
-            "spec": self.spec,
-            "spaces": (self.action_space, self.observation_space),
-            "generator": (self._np_random, self._np_random_seed),
-            "trace": self._trace,
-            "own": {name: value for name, value in vars(self).items() if name not in self._mine},
-        }
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        FarmToTableEnv.__init__(self, **state["arguments"])  # a subclass may have other arguments
-        vars(self).update(state["own"])
-        self.spec = state["spec"]
-        self.action_space, self.observation_space = state["spaces"]
-        self._np_random, self._np_random_seed = state["generator"]
-        if state["trace"] is not None:
-            state["trace"].play_in(self)
-
-    def _require_reset(self) -> None:
-        if self._trace is None:
-            raise gym.error.ResetNeeded("there is nothing to look at before reset()")
+    def _make(self, arguments: dict[str, Any]) -> None:
+        FarmToTableEnv.__init__(self, **arguments)
 
     def _show(self) -> None:
         """Show how things stand, if a person looks."""
@@ -470,7 +416,6 @@ class FarmToTableEnv(gym.Env[Any, Any]):
         return self.view
 
     def _left(self) -> Left:
-        """What is left of metres, radians, moves (or time) and visits, as shares."""
         metres, radians = self._budget.left
         visits = 1.0 if self._config.visits is None else self._visits_left / self._config.visits
         return metres, radians, self._control.left, visits

@@ -32,7 +32,7 @@ from farm_ar.scenes.documents import (
 from farm_ar.scenes.files import read_json, write_text
 
 if TYPE_CHECKING:
-    from farm_ar.envs.env import FarmToTableEnv
+    from farm_ar.envs.recorded import RecordedEnv
 
 Json = Any
 
@@ -56,7 +56,7 @@ class Trace:
         """The trace of an episode that begins now."""
         return cls(dict(rng.bit_generator.state), {name: _as_json(value) for name, value in options.items()})
 
-    def as_json(self, arguments: Mapping[str, Any], digest: str, again: FarmToTableEnv) -> dict[str, Json]:
+    def as_json(self, arguments: Mapping[str, Any], digest: str, again: RecordedEnv) -> dict[str, Json]:
         """All that `replay` needs, as JSON values.
 
         Args:
@@ -80,12 +80,12 @@ class Trace:
         }
         return trace | {"hashes": list(self.states(again))}
 
-    def play_in(self, env: FarmToTableEnv) -> None:
+    def play_in(self, env: RecordedEnv) -> None:
         """Play the episode in an environment made with the same arguments."""
         for _ in self.states(env):
             pass
 
-    def states(self, env: FarmToTableEnv) -> Iterator[str]:
+    def states(self, env: RecordedEnv) -> Iterator[str]:
         """Play the episode; the hash of the state after the reset and after each step."""
         env.np_random.bit_generator.state = self.generator
         env.reset(options=self.options)
@@ -204,7 +204,7 @@ def load_trace(path: str | os.PathLike[str]) -> dict[str, Json]:
     return trace
 
 
-def replay(trace: Mapping[str, Json], env: FarmToTableEnv | None = None) -> str:
+def replay(trace: Mapping[str, Json], env: RecordedEnv | None = None) -> str:
     """Play a trace again; the hash of the state at its end, which is the trace's own if all is well.
 
     Args:
