@@ -7,12 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from farm_ar.cli.options import REID_HELP, number, whole
+from farm_ar.cli.options import REID_HELP, AsJson, Fresh, Results, Workers, number, whole
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
-    from farm_ar.benchmark.results import Results
+    from farm_ar.benchmark.results import Results as Measured
 
 DEFAULT = "adaptive"
 """The method that is measured where none is named."""
@@ -43,10 +41,8 @@ def benchmark(
         list[Path] | None,
         typer.Option("--score", metavar="FILE", help="Score a JSON file of labels too, or alone."),
     ] = None,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Where the results go.")] = Path("out/benchmark"),
-    workers: Annotated[
-        int, typer.Option(metavar="N", parser=whole(1, 1000), help="Processes that share the work.")
-    ] = 1,
+    out: Results = Path("out/benchmark"),
+    workers: Workers = 1,
     time_limit: Annotated[
         float | None,
         typer.Option(
@@ -55,18 +51,16 @@ def benchmark(
             help="Seconds for 10 snapshots, after which they count as unanswered; no limit by default.",
         ),
     ] = None,
-    fresh: Annotated[
-        bool, typer.Option("--fresh", help="Start over; do not use the finished work in DIR.")
-    ] = False,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print the results as JSON and nothing else.")
-    ] = False,
+    fresh: Fresh = False,
+    as_json: AsJson = False,
 ) -> None:
     """Measure methods on benchmark-1: snapshots of the paper's scenes and of simulated worlds.
 
     Accuracy, calibration, selective accuracy, breaking effort and time, beside the simple assignments. It
     takes ten minutes for one method. After an interruption the same command continues where it stopped.
     """
+    from rich.console import Console
+
     from farm_ar.benchmark.running import Request, check_methods, export_suite, run_benchmark
     from farm_ar.cli.inputs import refuse
     from farm_ar.cli.options import make_folder
@@ -88,18 +82,12 @@ def benchmark(
     make_folder("--out", out)
     request = Request(asked, quick, chosen, data, tuple(scored or ()), fresh)
     kind = "serial" if workers == 1 and time_limit is None else "process"
-    with make_executor(kind, workers, time_limit) as executor, shown(_errors()) as watch:
+    with make_executor(kind, workers, time_limit) as executor, shown(Console(stderr=True)) as watch:
         results = run_benchmark(request, out / "benchmark.sqlite", executor, watch)
     _show(results, out, as_json)
 
 
-def _errors() -> Console:
-    from rich.console import Console
-
-    return Console(stderr=True)
-
-
-def _show(results: Results, out: Path, as_json: bool) -> None:
+def _show(results: Measured, out: Path, as_json: bool) -> None:
     """Write the files, and print the tables or the JSON."""
     from farm_ar.benchmark import report
     from farm_ar.cli.options import writing
@@ -167,19 +155,14 @@ def convert(
     farm-ar benchmark --data DIR measures methods on them.
     """
     from farm_ar.benchmark.suite import Suite, write_folder
-    from farm_ar.benchmark.tracks import COLUMNS, name_of, pairs_of, read_tracks
+    from farm_ar.benchmark.tracks import name_of, pairs_of, read_tracks
     from farm_ar.cli.options import make_folder, writing
     from farm_ar.cli.output import print_line
     from farm_ar.errors import OptionError, known_name
 
     known_name("--form", form, ("mot", "table"))
     known_name("--heading", heading, ("given", "motion"))
-    asked: dict[str, str] = {}
-    for part in columns.split(",") if columns else []:
-        what, equals, column = part.partition("=")
-        if not equals or what not in COLUMNS or what in asked:
-            raise OptionError("--columns", f"must be WHAT=COLUMN,... with WHAT of {', '.join(COLUMNS)}", part)
-        asked[what] = column
+    asked = _columns(columns)
     if asked and form == "mot":
         raise OptionError("--columns", "must not be given with --form mot", columns)
     names = [name_of(file) for file in files]
@@ -194,3 +177,17 @@ def convert(
         count = write_folder(suite, out, truth=True)
     seen = sum(len(example.truth) for row in rows for example in row.examples)
     print_line(f"Wrote {count} snapshots with {seen} detections to {out}")
+
+
+def _columns(text: str | None) -> dict[str, str]:
+    """Columns of a table of tracks by what they hold, from "frame=t,id=player"."""
+    from farm_ar.benchmark.tracks import COLUMNS
+    from farm_ar.errors import OptionError
+
+    asked: dict[str, str] = {}
+    for part in text.split(",") if text else []:
+        what, equals, column = part.partition("=")
+        if not equals or what not in COLUMNS or what in asked:
+            raise OptionError("--columns", f"must be WHAT=COLUMN,... with WHAT of {', '.join(COLUMNS)}", part)
+        asked[what] = column
+    return asked

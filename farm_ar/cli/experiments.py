@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from farm_ar.cli.options import Seed, whole
+from farm_ar.cli.options import AsJson, Fresh, Results, Seed, whole
 
 if TYPE_CHECKING:
     from farm_ar.sweeps import Store
@@ -40,7 +40,7 @@ def reproduce(
         Path | None,
         typer.Option(metavar="DIR", help="Use its L1.json to H2.json in place of our own scenes."),
     ] = None,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Where the results go.")] = Path("out"),
+    out: Results = Path("out"),
     layouts: Annotated[
         int | None,
         typer.Option(
@@ -57,9 +57,7 @@ def reproduce(
     ] = None,
     seed: Seed = 0,
     quick: Annotated[bool, typer.Option("--quick", help="A smaller version, in under two minutes.")] = False,
-    fresh: Annotated[
-        bool, typer.Option("--fresh", help="Start over; do not use the finished work in DIR.")
-    ] = False,
+    fresh: Fresh = False,
     reid: Annotated[
         str | None,
         typer.Option(
@@ -102,7 +100,7 @@ StoreFile = Annotated[Path, typer.Argument(metavar="STORE", help="The store's fi
 @app.command()
 def status(
     store: StoreFile,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Report the progress of each sweep, and name the units without a result."""
     from dataclasses import asdict

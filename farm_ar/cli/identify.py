@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
-from farm_ar.cli.options import DEFAULT_REID, REID_HELP, number
+from farm_ar.cli.options import DEFAULT_REID, REID_HELP, AsJson, Plot, number
 
 if TYPE_CHECKING:
     from farm_ar.cli.from_image import Photo
@@ -116,8 +116,6 @@ Confusion = Annotated[
 Explain = Annotated[
     str | None, typer.Option(metavar="ID", help="Explain why this detection has its label, or has none.")
 ]
-Plot = Annotated[Path | None, typer.Option(metavar="FILE", help="Draw the answer, .svg or .png.")]
-AsJson = Annotated[bool, typer.Option("--json", help="Print the answer as JSON and nothing else.")]
 
 
 def identify(

@@ -68,6 +68,20 @@ EnvironmentArguments = Annotated[
 ]
 
 
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")]
+
+Plot = Annotated[Path | None, typer.Option(metavar="FILE", help="Draw the answer, .svg or .png.")]
+
+Results = Annotated[Path, typer.Option(metavar="DIR", help="Where the results go.")]
+
+Fresh = Annotated[bool, typer.Option("--fresh", help="Start over; do not use the finished work in DIR.")]
+
+Workers = Annotated[
+    int,
+    typer.Option(metavar="N", parser=whole(1, 1000), help="Processes; the results do not depend on it."),
+]
+
+
 @contextmanager
 def writing(option: str, path: Path) -> Iterator[None]:
     """Make a place that cannot be written a mistake in the option that named it.

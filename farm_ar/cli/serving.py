@@ -72,7 +72,7 @@ def serve(
     from farm_ar.cli.output import print_line, progress
     from farm_ar.service.access import Access, new_token
     from farm_ar.service.app import make_app
-    from farm_ar.service.network import listening, qr_code
+    from farm_ar.service.network import listening
     from farm_ar.service.recording import Recorder
     from farm_ar.service.running import run
     from farm_ar.service.service import Service
@@ -91,24 +91,34 @@ def serve(
     service = Service(store, recorder=recorder, eye=_eye(meshes, estimator))
     with progress("Loading the methods"):
         warm_up()
-    scheme, port = "http" if tls is None else "https", at.getsockname()[1]
-    link = f"{scheme}://{address}:{port}/" + (f"#token={token}" if token else "")
+    origin = f"{'http' if tls is None else 'https'}://{address}:{at.getsockname()[1]}"
 
     def announce() -> None:
-        print_line(f"Serving on {scheme}://{address}:{port} (Ctrl-C ends it)")
-        print_line(f"Look at sessions: {link}")
-        print_line(f"Sessions are kept in {folder}")
-        if record is not None:
-            print_line(f"Recording into {record}")
-        if token:
-            print_line(f"Token: {token}")
-        if tls is not None:
-            print_line(f"Certificate: {tls.certificate}, SHA-256 {tls.pin}")
-        if lan:
-            typer.echo(qr_code(link))
+        _announce(origin, folder, record, token, tls, lan)
 
     run(make_app(service, Access(token, tuple(cors or ()))), at, announce, tls)
     print_line("Stopped; what was confirmed is kept")
+
+
+def _announce(
+    origin: str, folder: Path, record: Path | None, token: str | None, tls: Certificate | None, lan: bool
+) -> None:
+    """Print where the service is, and what is needed to reach it."""
+    from farm_ar.cli.output import print_line
+    from farm_ar.service.network import qr_code
+
+    link = f"{origin}/" + (f"#token={token}" if token else "")
+    print_line(f"Serving on {origin} (Ctrl-C ends it)")
+    print_line(f"Look at sessions: {link}")
+    print_line(f"Sessions are kept in {folder}")
+    if record is not None:
+        print_line(f"Recording into {record}")
+    if token:
+        print_line(f"Token: {token}")
+    if tls is not None:
+        print_line(f"Certificate: {tls.certificate}, SHA-256 {tls.pin}")
+    if lan:
+        typer.echo(qr_code(link))
 
 
 def serve_replay(

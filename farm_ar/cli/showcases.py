@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from farm_ar.cli.options import Seed, whole
+from farm_ar.cli.options import Results, Seed, whole
 
 SHOWCASES = {"delivery": 200, "storytelling": 200, "live": 60, "characters": 100, "shadows": 1}
 """Their names, and the layouts that each tries by default."""
@@ -15,7 +15,7 @@ SHOWCASES = {"delivery": 200, "storytelling": 200, "live": 60, "characters": 100
 
 def showcase(
     name: Annotated[str, typer.Argument(metavar="NAME", help=f"One of {', '.join(SHOWCASES)}.")],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Where the results go.")] = Path("out"),
+    out: Results = Path("out"),
     layouts: Annotated[
         int | None,
         typer.Option(

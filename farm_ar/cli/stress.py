@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from farm_ar.cli.options import REID_HELP, Seed, Trust, number, whole
+from farm_ar.cli.options import REID_HELP, Plot, Seed, Trust, Workers, number, whole
 
 if TYPE_CHECKING:
     from farm_ar.agents.design import Design
@@ -32,10 +32,7 @@ def stress(
     scene: Annotated[
         str, typer.Option(metavar="NAME|FILE", help="A built-in scene, or a .json file.")
     ] = "farm",
-    reid: Annotated[
-        str,
-        typer.Option(metavar="METHOD", help=REID_HELP),
-    ] = "spatial",
+    reid: Annotated[str, typer.Option(metavar="METHOD", help=REID_HELP)] = "spatial",
     compare: Annotated[
         str | None,
         typer.Option(metavar="METHOD,...", help="Several methods side by side, in place of --reid."),
@@ -78,10 +75,7 @@ def stress(
         str, typer.Option(help="Noise on the scene's layout: none, easy, default or hard.")
     ] = "default",
     seed: Seed = 0,
-    workers: Annotated[
-        int,
-        typer.Option(metavar="N", parser=whole(1, 1000), help="Processes; the results do not depend on it."),
-    ] = 1,
+    workers: Workers = 1,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Where the report goes.")] = Path("out/stress"),
     fail_under: Annotated[
         float | None,
@@ -184,7 +178,7 @@ def stress_replay(
     failure: Annotated[
         int, typer.Argument(metavar="N", parser=whole(0), help="Which failure, as the report numbers them.")
     ],
-    plot: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw the answer, .svg or .png.")] = None,
+    plot: Plot = None,
     trust: Annotated[
         bool, typer.Option("--trust", help="Run the module:Class that the file names, of whoever wrote it.")
     ] = False,

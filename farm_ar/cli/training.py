@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from farm_ar.cli.options import EnvironmentArguments, Seed, Trust, Which, whole
+from farm_ar.cli.options import AsJson, EnvironmentArguments, Seed, Trust, Which, whole
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -177,7 +177,7 @@ def evaluate(
     arg: EnvironmentArguments = None,
     seed: Seed = 0,
     trust: Trust = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Play held-out episodes with trained policies and with others.
 

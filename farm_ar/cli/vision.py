@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from farm_ar.cli.options import Seed, whole
+from farm_ar.cli.options import AsJson, Seed, whole
 
 if TYPE_CHECKING:
     from farm_ar.cli.output import Report
@@ -34,7 +34,7 @@ def vision_benchmark(
     count: Annotated[
         int | None, typer.Option(metavar="N", min=1, help="Frames of each folder; all by default.")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Judge an estimator on frames with truth, a table a folder.
 

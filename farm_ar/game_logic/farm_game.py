@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
-from farm_ar.arrays import FloatArray
+from farm_ar.arrays import BoolArray, FloatArray
 from farm_ar.errors import OptionError, SceneError, known_name
 from farm_ar.game_logic import phases
 from farm_ar.game_logic.animals import arrival
@@ -256,13 +256,16 @@ class FarmGame:
 
     def end_visit(self, camera: Camera | None = None) -> Sighting:
         """The hand has left: snapshot, poses, identification; then only the ends of the paths move."""
+        sighting = self.look(camera)
+        self._visits["visited"], self._visits["away"] = False, 0
+        return sighting
+
+    def look(self, camera: Camera | None = None) -> Sighting:
+        """Take a snapshot, and believe what it is identified as."""
         sighting = self.tracker.look(self.truth, camera or self.camera, self.rng)
         self.sightings.append(sighting)
-        believed = self.believed
         if sighting.changed.any():
-            self.flock.redirect(believed.position, sighting.changed)
-            self._led, self._visits["known"] = False, -1
-        self._visits["visited"], self._visits["away"] = False, 0
+            self._follow(sighting.changed)
         return sighting
 
     def play(self, seconds: float) -> None:
@@ -298,7 +301,7 @@ class FarmGame:
         if label != other:
             animals["goal"][running[animals["goal"][running] == label]] = other
             self.flock.redirect(self.believed.position, np.arange(len(self.truth)) == other)
-        self._led, self._visits["known"] = False, -1
+        self._forget_routes()
 
     def bring_hand(self) -> None:
         """A hand to steer, at the player's side, out of view."""
@@ -389,6 +392,19 @@ class FarmGame:
         end = self.flock.now + seconds
         while not arrival.run(self.flock.herd, self._routes.all, self.counters.counts, end):
             self._make_room(1)
+
+    def _follow(self, changed: BoolArray) -> None:
+        """Move the ends of paths of (N,) labels to where their buildings are believed to be."""
+        self._redirect(self.believed.position, changed)
+
+    def _redirect(self, ends: FloatArray, changed: BoolArray) -> None:
+        """Move the ends of paths, (N, 2) metres, of the labels that are marked."""
+        self.flock.redirect(ends, changed)
+        self._forget_routes()
+
+    def _forget_routes(self) -> None:
+        """Have routes and arrivals worked out anew before animals run."""
+        self._led, self._visits["known"] = False, -1
 
     def _make_room(self, more: int) -> None:
         """Have room for so many animals more, and know what kernels work on."""

@@ -175,17 +175,17 @@ class LiveGame(FarmGame):
         if self._until_look <= 0:
             self._until_look = LOOK_TICKS
             self._before.hand = self.tabletop.hand
-            self.sightings.append(self.tracker.look(self.truth, self.camera, self.rng))
+            self.look()
         self._glide()
         self._run(TICK_S)
 
     def end_visit(self, camera: Camera | None = None) -> Sighting:
         """The hand has left: a last look, at all that is in view."""
         self._before.hand = None
-        sighting = self.tracker.look(self.truth, camera or self.camera, self.rng)
-        self.sightings.append(sighting)
-        self._visits["visited"], self._visits["away"] = False, 0
-        return sighting
+        return super().end_visit(camera)
+
+    def _follow(self, changed: BoolArray) -> None:
+        """Ends of paths do not jump, they glide."""
 
     def render_state(self, caption: str = "") -> RenderState:
         """All there is to see now; nobody is frozen while the hand is in view."""
@@ -207,8 +207,7 @@ class LiveGame(FarmGame):
         step = GLIDE_M_S * TICK_S
         share = np.minimum(step / np.where(far > 0, far, step), 1.0)[:, None]
         self._ends = np.where(share >= 1, self.believed.position, self._ends + share * way)
-        self.flock.redirect(self._ends, far > 0)
-        self._led, self._visits["known"] = False, -1
+        self._redirect(self._ends, far > 0)
 
 
 def game_class(update: str) -> type[FarmGame]:

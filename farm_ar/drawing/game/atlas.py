@@ -13,7 +13,7 @@ from farm_ar.drawing.game.colours import Image
 from farm_ar.drawing.game.figures import TURN_DEG, Figure
 from farm_ar.drawing.game.pixels import Bytes, Distances, paste_all, paste_in_space
 from farm_ar.drawing.game.shapes import Art
-from farm_ar.drawing.game.sprites import PHASES, Sprite, rendered
+from farm_ar.drawing.game.sprites import PHASES, rendered
 
 _LARGEST = 1 << 26
 """Bytes in the store after which it begins anew."""
@@ -145,21 +145,6 @@ class Atlas:
         self._used = end
         self._known[code] = count
         return count
-
-
-def paste_one_in_space(image: Image, away: Distances, sprite: Sprite, distance: float) -> None:
-    """Draw a sprite that belongs to the picture's corner where nothing nearer is; it hides what comes later.
-
-    Args:
-        image: to draw on.
-        away: (H, W) how far away is what each pixel shows.
-        sprite: what to draw.
-        distance: how far away it is.
-    """
-    height, width = sprite.pixels.shape[:2]
-    shape, corner = np.array([[0, height, width]]), np.array([[sprite.left, sprite.top]])
-    near = np.array([distance], np.float32)
-    paste_in_space(image, away, sprite.pixels.reshape(-1), shape, corner, near, True)
 
 
 def _longer(array: npt.NDArray[Any], least: int) -> npt.NDArray[Any]:

@@ -14,6 +14,7 @@ from farm_ar.arrays import FloatArray
 from farm_ar.game_logic.physics import chipmunk, proximity, sleeping
 from farm_ar.game_logic.physics.state import Body, State
 from farm_ar.geometry.angles import wrap_angle
+from farm_ar.geometry.camera import Eye, sees
 from farm_ar.structs import Structs
 
 # What the arm can do at most, newtons and newton metres. An arm without limits shoots away what it squeezes
@@ -173,6 +174,15 @@ def grip(state: State, bodies: Structs[Body], i: int, reach: float) -> bool:
     hand.gripped = i
     sleeping.wake(state)
     return True
+
+
+@chipmunk.compiled
+def in_reach(bodies: Structs[Body], eye: Eye, x: float, z: float) -> int:
+    """The building that a hand at a place closes on, the nearest if that is in view; -1 for none."""
+    found = proximity.nearest(bodies, x, z, REACH, False)
+    if found >= 0 and sees(eye, bodies[found].x, bodies[found].elevation, bodies[found].z):
+        return found
+    return -1
 
 
 @chipmunk.compiled

@@ -8,10 +8,10 @@ from __future__ import annotations
 from math import ceil, cos, fabs, pi, sin
 
 from farm_ar.game_logic.physics import chipmunk, overlap_resolution, proximity
-from farm_ar.game_logic.physics.gripper import MAX_HAND_SPEED, MAX_TWIST, REACH, held_back
+from farm_ar.game_logic.physics.gripper import MAX_HAND_SPEED, MAX_TWIST, REACH, held_back, in_reach
 from farm_ar.game_logic.physics.state import TICK, Body, Limits, State
 from farm_ar.geometry.angles import wrap_angle
-from farm_ar.geometry.camera import Eye, sees
+from farm_ar.geometry.camera import Eye
 from farm_ar.geometry.rectangles import length
 from farm_ar.structs import Structs
 
@@ -163,8 +163,8 @@ def control_tick(
     if not closed:
         set_down_within(state, bodies, limits)
     elif hand.gripped < 0:
-        found = proximity.nearest(bodies, hand.x, hand.z, REACH, False)
-        if found >= 0 and sees(eye, bodies[found].x, bodies[found].elevation, bodies[found].z):
+        found = in_reach(bodies, eye, hand.x, hand.z)
+        if found >= 0:
             take(state, bodies, found, REACH)
     speed = length(vx, vz)
     if speed > MAX_HAND_SPEED:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from farm_ar.game_logic.physics import chipmunk, gripper, lifting, proximity, stepping
+from farm_ar.game_logic.physics import chipmunk, gripper, lifting, stepping
 from farm_ar.game_logic.physics.gripper import REACH
 from farm_ar.game_logic.physics.limits import brake, exceeds
 from farm_ar.game_logic.physics.state import TICK, Body, Limits, State
-from farm_ar.geometry.camera import Eye, sees
+from farm_ar.geometry.camera import Eye
 from farm_ar.structs import Structs
 
 
@@ -21,8 +21,8 @@ def use_hand(state: State, bodies: Structs[Body], eye: Eye, closed: bool) -> Non
             gripper.lift(state, bodies)
     elif hand.gripped < 0:
         x, z, _ = gripper.hand_pose(state)
-        found = proximity.nearest(bodies, x, z, REACH, False)
-        if found >= 0 and sees(eye, bodies[found].x, bodies[found].elevation, bodies[found].z):
+        found = gripper.in_reach(bodies, eye, x, z)
+        if found >= 0:
             gripper.grip(state, bodies, found, REACH)
 
 
