@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import replace
-from typing import NamedTuple
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -12,6 +11,7 @@ from matplotlib.figure import Figure
 from farm_ar.arrays import BoolArray, FloatArray
 from farm_ar.experiments.headroom import METHODS as EVERY_RULE
 from farm_ar.experiments.headroom_report import PAPER_METHOD
+from farm_ar.experiments.intervals import Interval, Sums, interval_of_mean
 from farm_ar.experiments.report import (
     OTHER,
     OURS,
@@ -22,11 +22,10 @@ from farm_ar.experiments.report import (
     new_figure,
     set_up_chart,
 )
-from farm_ar.experiments.setting import SCENES, Setting, named_scene, path_cameras, piece_rng
-from farm_ar.game_logic.headset import random_camera
+from farm_ar.experiments.setting import SCENES, Setting, named_scene, piece_rng
+from farm_ar.experiments.shared_motions import PATTERNS
 from farm_ar.reid import ReidFactory, as_reidentifier, load_reid
-from farm_ar.reid.registration import RigidMotion
-from farm_ar.scenes import Camera, Layout, LayoutNoise, Scene, SnapshotBatch, observe_many
+from farm_ar.scenes import Scene
 from farm_ar.sweeps import Row
 
 FARM = "farm"
@@ -35,17 +34,8 @@ FARM = "farm"
 POSES, QUICK_POSES = 10, 4
 """Snapshots of each layout, drawn from those along the path that see two objects or more."""
 
-MEMBERS = (3, 6)
-"""How many labels near one another move together, at least and at most."""
-
-SHIFT, MOST_TURNED = (0.06, 0.2), float(np.deg2rad(45.0))
-"""How far they move, as shares of the room's diagonal, and how far they turn."""
-
-DRIFT_M, DRIFT_TURN = 0.1, float(np.deg2rad(5.0))
-"""Farthest that a frame drifts."""
-
-CALM, USUAL = (0.014, 15.0), (0.042, 30.0)
-"""SDs of how each label moves on its own, by the room's diagonal and in degrees: .1, .3 m in one of 7 m."""
+RIGHT, SEEN = "right_by_layout", "detections_by_layout"
+"""What rows of the sweep hold beside those of the report."""
 
 METHODS: dict[str, ReidFactory] = {name: make for name, make in EVERY_RULE.items() if name != "spatial"}
 
@@ -55,57 +45,6 @@ class Unit(NamedTuple):
 
     scene: str
     pattern: str
-
-
-def calm(scene: Scene, layouts: int, poses: int, rng: np.random.Generator) -> SnapshotBatch:
-    """Each label moves a little on its own, and nothing else happens."""
-    return _seen(_noisy(scene, scene.layout, layouts, CALM, rng), scene, poses, rng)
-
-
-def usual(scene: Scene, layouts: int, poses: int, rng: np.random.Generator) -> SnapshotBatch:
-    """Each label moves on its own, and nothing else happens."""
-    return _seen(_noisy(scene, scene.layout, layouts, USUAL, rng), scene, poses, rng)
-
-
-def group_moved(scene: Scene, layouts: int, poses: int, rng: np.random.Generator) -> SnapshotBatch:
-    """Labels near one another are pushed and turned together, in snapshots that see two of them or more."""
-    moved = [_one_group_moved(scene, rng) for _ in range(layouts)]
-    together = scene.layout.with_poses(
-        np.stack([layout.position for layout, _ in moved]), np.stack([layout.yaw for layout, _ in moved])
-    )
-    noisy = _noisy(scene, together, layouts, CALM, rng)
-    return _seen(noisy, scene, poses, rng, np.stack([members for _, members in moved]))
-
-
-def frame_drifted(scene: Scene, layouts: int, poses: int, rng: np.random.Generator) -> SnapshotBatch:
-    """The frame of camera and detections has drifted: turned about the camera, and shifted."""
-    batch = _seen(_noisy(scene, scene.layout, layouts, CALM, rng), scene, poses, rng)
-    return drifted(batch, batch.camera.position, rng)
-
-
-def frame_turned(scene: Scene, layouts: int, poses: int, rng: np.random.Generator) -> SnapshotBatch:
-    """The frame has drifted: turned about its origin, a corner of the room, and shifted."""
-    batch = _seen(_noisy(scene, scene.layout, layouts, CALM, rng), scene, poses, rng)
-    return drifted(batch, np.zeros((len(batch), 2)), rng)
-
-
-PATTERNS: dict[str, Callable[[Scene, int, int, np.random.Generator], SnapshotBatch]] = {
-    "calm": calm,
-    "usual": usual,
-    "group moved": group_moved,
-    "frame drifted": frame_drifted,
-    "frame turned": frame_turned,
-}
-
-
-def drifted(batch: SnapshotBatch, pivot: FloatArray, rng: np.random.Generator) -> SnapshotBatch:
-    """Snapshots whose frames have drifted, each by a motion of its own about a pivot, (B, 2)."""
-    angle, far = rng.uniform(-np.pi, np.pi, len(batch)), DRIFT_M * np.sqrt(rng.random(len(batch)))
-    shift = far[:, None] * np.stack([np.sin(angle), np.cos(angle)], axis=-1)
-    motion = RigidMotion(pivot, shift, rng.uniform(-DRIFT_TURN, DRIFT_TURN, len(batch)))
-    eye = motion.position(batch.camera.position[:, None])[:, 0]
-    camera = replace(batch.camera, position=eye, yaw=batch.camera.yaw + motion.turn)
-    return replace(batch, camera=camera, position=motion.position(batch.position), yaw=motion.yaw(batch.yaw))
 
 
 def units() -> list[Unit]:
@@ -121,14 +60,16 @@ def run_unit(
     rng: np.random.Generator,
     methods: Mapping[str, ReidFactory] = METHODS,
 ) -> list[Row]:
-    """A row for each method; all get the same snapshots."""
-    batch = PATTERNS[unit.pattern](scene, layouts, poses, rng)
+    """A row for each method, of the same snapshots; detections and right labels are counted by layout."""
+    batch, layout = PATTERNS[unit.pattern](scene, layouts, poses, rng)
     assert batch.truth is not None
     exists = np.arange(batch.yaw.shape[1]) < batch.count[:, None]
+    seen = np.bincount(layout, batch.count, layouts)
     rows: list[Row] = []
     for name, make in methods.items():
         found = as_reidentifier(make(scene), scene).identify_many(batch)
-        right = (found.label == batch.truth)[exists]
+        correct = (found.label == batch.truth) & exists
+        right = correct[exists]
         confidence = found.confidence[exists]
         rows.append(
             {
@@ -139,6 +80,8 @@ def run_unit(
                 "calibration_error": calibration_error(confidence, right),
                 "snapshots": len(batch),
                 "detections": int(exists.sum()),
+                RIGHT: np.bincount(layout, correct.sum(axis=1), layouts).tolist(),
+                SEEN: seen.tolist(),
             }
         )
     return rows
@@ -163,7 +106,9 @@ def relations(setting: Setting) -> Report:
         for unit in units()
     ]
     outcomes = setting.sweep("relations", every_rule, parameters)
-    rows = [row for outcome in outcomes for row in outcome.rows]
+    cells = [row for outcome in outcomes for row in outcome.rows]
+    rng = setting.rng(12, 90)
+    rows = [_with_intervals(row, cells, rng) for row in cells]
     return Report(
         "relations",
         f"Things that moved together, and frames that drifted: {setting.layouts} layouts",
@@ -171,16 +116,18 @@ def relations(setting: Setting) -> Report:
         [
             Comparison(
                 f"accuracy, {pattern}",
-                f"{_mean(rows, PAPER_METHOD, pattern):.3f}",
-                f"{_mean(rows, 'relational', pattern):.3f}",
-                f"likelihood: {_mean(rows, 'likelihood', pattern):.3f}",
+                f"{_mean(cells, PAPER_METHOD, pattern):.3f}",
+                f"{_mean(cells, 'relational', pattern):.3f}",
+                f"likelihood: {_mean(cells, 'likelihood', pattern):.3f}",
+                _interval(cells, "relational", pattern, rng).ends,
             )
             for pattern in PATTERNS
         ],
-        _figure(rows),
+        _figure(cells),
         note="Means over the six scenes and the farm, of snapshots that see two objects or more. In the "
-        "column of the paper stands the paper's method, run here; ours is the relational method.",
-        tables=_tables(rows),
+        "column of the paper stands the paper's method, run here; ours is the relational method. Intervals: "
+        "95%, by resampling layouts; differences are of the same snapshots.",
+        tables=_tables(cells, rng),
     )
 
 
@@ -199,7 +146,7 @@ def every_rule(
     return run_unit(Unit(scene, pattern), named_scene(scene, file), layouts, poses, rng, methods)
 
 
-def _mean(rows: list[Row], method: str, pattern: str, scene: str | None = None) -> float:
+def _mean(rows: Sequence[Row], method: str, pattern: str, scene: str | None = None) -> float:
     found = [
         float(row["accuracy"] or 0.0)
         for row in rows
@@ -208,20 +155,58 @@ def _mean(rows: list[Row], method: str, pattern: str, scene: str | None = None) 
     return float(np.mean(found))
 
 
-def _tables(rows: list[Row]) -> str:
+def _sums(rows: Sequence[Row], method: str, pattern: str, less: str | None = None) -> list[Sums]:
+    """Right labels of a method in each scene, or how many more they are than those of another."""
+    by_scene = {(row["scene"], row["rule"]): row for row in rows if row["pattern"] == pattern}
+    return [
+        Sums(
+            np.array(row[RIGHT]) - (0.0 if less is None else np.array(by_scene[scene, less][RIGHT])),
+            np.array(row[SEEN]),
+        )
+        for (scene, rule), row in by_scene.items()
+        if rule == method
+    ]
+
+
+def _interval(
+    rows: Sequence[Row], method: str, pattern: str, rng: np.random.Generator, less: str | None = None
+) -> Interval:
+    """The mean over the scenes of a method's accuracy, or of its gain over another, with its interval."""
+    return interval_of_mean(_sums(rows, method, pattern, less), rng)
+
+
+def _with_intervals(row: Row, rows: Sequence[Row], rng: np.random.Generator) -> dict[str, Any]:
+    """A row of the report: with intervals in place of the counts of each layout."""
+    scene, pattern, rule = (str(row[key]) for key in ("scene", "pattern", "rule"))
+    same = [one for one in rows if one["scene"] == scene]
+    own, gain = (_interval(same, rule, pattern, rng, less) for less in (None, PAPER_METHOD))
+    plain = {key: value for key, value in row.items() if key not in (RIGHT, SEEN)}
+    return plain | {
+        "low": own.low,
+        "high": own.high,
+        "over_the_paper": gain.mean,
+        "over_the_paper_low": gain.low,
+        "over_the_paper_high": gain.high,
+    }
+
+
+def _tables(rows: Sequence[Row], rng: np.random.Generator) -> str:
     scenes = list(dict.fromkeys(str(row["scene"]) for row in rows))
     methods = list(dict.fromkeys(str(row["rule"]) for row in rows))
-    lines = [f"| pattern | method | {' | '.join(scenes)} | mean |", "|---" * (len(scenes) + 3) + "|"]
+    last = f"mean (95%) | less {PAPER_METHOD} (95%)"
+    lines = [f"| pattern | method | {' | '.join(scenes)} | {last} |", "|---" * (len(scenes) + 4) + "|"]
     for pattern in PATTERNS:
         for method in methods:
-            values = [_mean(rows, method, pattern, scene) for scene in scenes] + [
-                _mean(rows, method, pattern)
+            values = [f"{_mean(rows, method, pattern, scene):.3f}" for scene in scenes]
+            values += [
+                _interval(rows, method, pattern, rng).text,
+                "" if method == PAPER_METHOD else _interval(rows, method, pattern, rng, PAPER_METHOD).signed,
             ]
-            lines.append(f"| {pattern} | {method} | {' | '.join(f'{value:.3f}' for value in values)} |")
+            lines.append(f"| {pattern} | {method} | {' | '.join(values)} |")
     return "\n".join(lines) + "\n"
 
 
-def _figure(rows: list[Row]) -> Figure:
+def _figure(rows: Sequence[Row]) -> Figure:
     figure = new_figure(7.2, 3.2)
     axes = figure.subplots()
     set_up_chart(axes, "Accuracy, mean of the six scenes and the farm", "", "accuracy")
@@ -236,87 +221,3 @@ def _figure(rows: list[Row]) -> Figure:
     axes.grid(visible=False, axis="x")
     figure.legend(frameon=False, fontsize=TEXT_SIZE, ncols=3, loc="outside lower center")
     return figure
-
-
-def _noisy(
-    scene: Scene, layout: Layout, layouts: int, noise: tuple[float, float], rng: np.random.Generator
-) -> Layout:
-    sd = LayoutNoise.of(noise[0] * scene.diagonal, noise[1])
-    return sd.disturb(layout, scene.size, rng, (layouts,))
-
-
-def _one_group_moved(scene: Scene, rng: np.random.Generator) -> tuple[Layout, BoolArray]:
-    """The reference layout after a group has moved within the room, and (N,) its members."""
-    layout = scene.layout
-    members = np.zeros(len(layout), dtype=bool)
-    for _ in range(1000):
-        apart = np.linalg.norm(layout.position - layout.position[rng.integers(len(layout))], axis=-1)
-        nearest = np.argsort(np.where(layout.fixed, np.inf, apart), kind="stable")
-        group = nearest[: rng.integers(MEMBERS[0], MEMBERS[1] + 1)]
-        angle, far = rng.uniform(-np.pi, np.pi), scene.diagonal * rng.uniform(*SHIFT)
-        shift = far * np.array([np.sin(angle), np.cos(angle)])
-        turn = np.asarray(rng.uniform(-MOST_TURNED, MOST_TURNED))
-        motion = RigidMotion(layout.position[group].mean(axis=0), shift, turn)
-        position, yaw = layout.position.copy(), layout.yaw.copy()
-        position[group], yaw[group] = motion.position(position[group]), motion.yaw(yaw[group])
-        if (position[group] >= 0).all() and (position[group] <= scene.size).all():
-            members[group] = True
-            return layout.with_poses(position, yaw), members
-    return layout, members
-
-
-def _seen(
-    noisy: Layout,
-    scene: Scene,
-    poses: int,
-    rng: np.random.Generator,
-    members: BoolArray | None = None,
-) -> SnapshotBatch:
-    """Some snapshots of each layout that see two objects, of its members where there are any."""
-    cameras = path_cameras(scene) if scene.camera_path is not None else _around(scene, rng)
-    each_pose = noisy.with_poses(noisy.position[:, None], noisy.yaw[:, None])
-    batch = observe_many(each_pose, cameras)
-    layouts, number = len(noisy.yaw), len(cameras.yaw)
-    assert batch.truth is not None
-    exists = np.arange(batch.yaw.shape[1]) < batch.count[:, None]
-    counts = exists
-    if members is not None:
-        of_layout = np.repeat(np.arange(layouts), number)
-        counts = exists & members[of_layout[:, None], np.where(exists, batch.truth, 0)]
-    enough = counts.sum(axis=1) >= 2
-    draw = np.where(enough, rng.random(len(batch)), np.inf).reshape(layouts, number)
-    last = np.sort(draw, axis=1)[:, min(poses, number) - 1 :][:, :1]
-    index = np.flatnonzero(np.isfinite(draw) & (draw <= last))
-    return _some(batch, index)
-
-
-def _around(scene: Scene, rng: np.random.Generator) -> Camera:
-    """Cameras around the game's table, as its visits draw them."""
-    cameras = [random_camera(scene, scene.fov, rng) for _ in range(4 * POSES)]
-    return Camera(
-        np.stack([one.position for one in cameras]), np.stack([one.yaw for one in cameras]), scene.fov
-    )
-
-
-def _some(batch: SnapshotBatch, index: np.typing.NDArray[np.int64]) -> SnapshotBatch:
-    """The snapshots at some indices."""
-    camera = batch.camera
-    height = None if camera.height is None else camera.height[index]
-    assert batch.truth is not None
-    return SnapshotBatch(
-        replace(
-            camera,
-            position=camera.position[index],
-            yaw=camera.yaw[index],
-            height=height,
-            pitch=camera.pitch[index],
-        ),
-        batch.count[index],
-        batch.categories,
-        batch.category[index],
-        batch.position[index],
-        batch.yaw[index],
-        batch.size[index],
-        batch.elevation[index],
-        batch.truth[index],
-    )

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import NamedTuple, TypedDict, Unpack
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple, TypedDict, Unpack
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from farm_ar.experiments.headroom_report import PAPER_METHOD
+from farm_ar.experiments.intervals import Interval, interval_of_mean, sums_of
 from farm_ar.experiments.report import (
     OTHER,
     OURS,
@@ -41,6 +42,9 @@ STARTS, QUICK_STARTS = 4, 1
 
 METHODS: dict[str, ReidFactory] = {name: REIDENTIFIERS[name] for name in (PAPER_METHOD, "likelihood")}
 
+BY_LAYOUT = "by layout: "
+"""Begins the names of what rows of the sweep hold beside those of the report."""
+
 Truth = tuple[str | None, ...]
 
 
@@ -70,6 +74,8 @@ def run_unit(
     lengths: tuple[int, ...] = LENGTHS,
 ) -> list[Row]:
     """A row for each method and length: the accuracy of the answers to all snapshots, and to the first.
+
+    Accuracies are kept by layout, too, (layouts, starts), NaN where nothing was detected.
 
     A sequence begins where something is detected and goes on along the path, past its end from its start.
 
@@ -115,6 +121,10 @@ def run_unit(
                     "objects": float(objects.mean()),
                     "real_objects": float(real.mean()),
                     "sequences": len(sequences),
+                    **{
+                        BY_LAYOUT + what: np.reshape(values, (layouts, starts))
+                        for what, values in (("accuracy", every), ("accuracy_of_first", early))
+                    },
                 }
             )
     return rows
@@ -144,7 +154,9 @@ def sequences(setting: Setting) -> Report:
         for unit in units(setting.quick)
     ]
     outcomes = setting.sweep("sequences", every_rule, parameters)
-    rows = [row for outcome in outcomes for row in outcome.rows]
+    cells = [row for outcome in outcomes for row in outcome.rows]
+    rng = setting.rng(13, 90)
+    rows = [_with_intervals(row, rng) for row in cells]
     return Report(
         "sequences",
         f"Several snapshots along a path, {setting.layouts} layouts",
@@ -155,13 +167,15 @@ def sequences(setting: Setting) -> Report:
                 f"{_mean(rows, PAPER_METHOD, length, 'accuracy_of_first'):.3f}",
                 f"{_mean(rows, 'likelihood', length, 'accuracy_of_first'):.3f}",
                 f"all snapshots: {_mean(rows, 'likelihood', length, 'accuracy'):.3f}",
+                _interval(cells, "likelihood", length, "accuracy_of_first", rng).ends,
             )
             for length in LENGTHS
         ],
         _figure(rows),
         note="Means over the six scenes and all levels of noise, exact detector. In the column of the paper "
-        "stands the paper's method, run here on the objects found; ours is the likelihood method.",
-        tables=_tables(rows),
+        "stands the paper's method, run here on the objects found; ours is the likelihood method. Intervals: "
+        "95%, by resampling layouts.",
+        tables=_means(cells, rng) + _tables(rows),
     )
 
 
@@ -191,7 +205,7 @@ def every_rule(
 
 
 def _mean(
-    rows: list[Row], method: str, length: int, what: str, detector: str = "exact", **only: object
+    rows: Sequence[Row], method: str, length: int, what: str, detector: str = "exact", **only: object
 ) -> float:
     found = [
         float(row[what] or 0.0)
@@ -204,7 +218,42 @@ def _mean(
     return float(np.mean(found))
 
 
-def _tables(rows: list[Row]) -> str:
+def _interval(
+    rows: Sequence[Row], method: str, length: int, what: str, rng: np.random.Generator, gain: bool = False
+) -> Interval:
+    """The mean over scenes and levels, exact detector, or its gain over a single snapshot."""
+    exact = [row for row in rows if row["rule"] == method and row["detector"] == "exact"]
+    found, alone = (
+        [np.array(row[BY_LAYOUT + what]) for row in exact if row["snapshots"] == number]
+        for number in (length, LENGTHS[0])
+    )
+    values = [ours - one for ours, one in zip(found, alone, strict=True)] if gain else found
+    return interval_of_mean([sums_of(each) for each in values], rng)
+
+
+def _with_intervals(row: Row, rng: np.random.Generator) -> dict[str, Any]:
+    """A row of the report: with intervals in place of the accuracies of each layout."""
+    plain = {key: value for key, value in row.items() if not key.startswith(BY_LAYOUT)}
+    for what in ("accuracy", "accuracy_of_first"):
+        found = interval_of_mean([sums_of(np.array(row[BY_LAYOUT + what]))], rng)
+        plain |= {f"{what}_low": found.low, f"{what}_high": found.high}
+    return plain
+
+
+def _means(rows: Sequence[Row], rng: np.random.Generator) -> str:
+    """Means over scenes and levels, and what a sequence gains over its first snapshot."""
+    lines = ["Means over the scenes and all levels of noise, exact detector, with 95%:", ""]
+    lines += ["| method | answers | snapshots | accuracy | gain over one |", "|---|---|---|---|---|"]
+    for method in METHODS:
+        for what, of in (("accuracy_of_first", "the first's"), ("accuracy", "all")):
+            for length in LENGTHS:
+                mean = _interval(rows, method, length, what, rng).text
+                gain = "" if length == 1 else _interval(rows, method, length, what, rng, gain=True).signed
+                lines.append(f"| {method} | {of} | {length} | {mean} | {gain} |")
+    return "\n".join(lines) + "\n\n"
+
+
+def _tables(rows: Sequence[Row]) -> str:
     """The first snapshot's answer by scene, and all answers with a noisy detector beside an exact one."""
     head = " | ".join(str(length) for length in LENGTHS)
     lines = ["The first snapshot's answer, by scene, exact detector:", ""]
@@ -230,7 +279,7 @@ def _tables(rows: list[Row]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _figure(rows: list[Row]) -> Figure:
+def _figure(rows: Sequence[Row]) -> Figure:
     figure = new_figure(7.6, 3.4)
     left, right = figure.subplots(1, 2)
     set_up_chart(left, "(a) mean of the six scenes", "snapshots", "accuracy")

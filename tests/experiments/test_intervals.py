@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from farm_ar.experiments.intervals import difference_of, interval_of
+from farm_ar.experiments.intervals import Sums, difference_of, interval_of, interval_of_mean, sums_of
 
 
 def test_the_mean_is_over_all_snapshots_and_missing_ones_do_not_count(rng):
@@ -40,3 +40,27 @@ def test_a_difference_is_paired(rng):
     found = difference_of(shared + 0.1, shared, rng)
     assert (found.mean, found.low, found.high) == pytest.approx((0.1, 0.1, 0.1))
     assert found.signed == "+0.100 (+0.100 to +0.100)"
+
+
+def test_a_mean_of_scenes_varies_less_than_each_of_them(rng):
+    """Of independent scenes, as the mean of independent means does, however many values each has."""
+    scenes = [rng.normal(level, 0.1, (30, size)) for level, size in ((0.2, 1), (0.5, 1), (0.8, 1), (0.9, 1))]
+    scenes[3] = np.repeat(scenes[3], 50, axis=1)
+    found = interval_of_mean([sums_of(one) for one in scenes], rng)
+    assert found.mean == pytest.approx(np.mean([one.mean() for one in scenes]))
+    half = 1.96 * np.sqrt(sum(one.mean(axis=1).var(ddof=1) / 30 for one in scenes)) / 4
+    assert found.high - found.low == pytest.approx(2 * half, rel=0.15)
+
+
+def test_layouts_with_more_detections_weigh_more(rng):
+    right, seen = np.array([0.0, 9.0, 1.0]), np.array([1.0, 9.0, 0.0])
+    found = interval_of_mean([Sums(right[:2], seen[:2])], rng)
+    assert found.mean == pytest.approx(0.9)
+    assert (found.low, found.high) == (0.0, 1.0)
+
+
+def test_a_scene_of_one_layout_leaves_the_mean_without_an_interval(rng):
+    one, more = sums_of(np.array([[0.4]])), sums_of(np.array([[0.6], [0.8]]))
+    found = interval_of_mean([one, more], rng)
+    assert found.mean == pytest.approx(0.55)
+    assert found.text == "0.550"

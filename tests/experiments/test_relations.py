@@ -1,19 +1,11 @@
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_equal
 
 from farm_ar.experiments import relations as module
-from farm_ar.experiments.relations import (
-    PATTERNS,
-    Unit,
-    calibration_error,
-    drifted,
-    group_moved,
-    relations,
-    run_unit,
-    units,
-)
+from farm_ar.experiments.relations import RIGHT, SEEN, Unit, calibration_error, relations, run_unit, units
 from farm_ar.experiments.setting import Setting
+from farm_ar.experiments.shared_motions import PATTERNS, drifted, group_moved
 from farm_ar.reid import LastKnownReid, LikelihoodReid, RelationalReid
 from farm_ar.scenes import builtin_scene
 
@@ -28,13 +20,15 @@ def test_the_units_are_all_patterns_in_all_scenes_and_on_the_farm() -> None:
 @pytest.mark.parametrize("scene", ["M2", "farm"])
 @pytest.mark.parametrize("pattern", PATTERNS)
 def test_a_pattern_gives_some_snapshots_of_two_objects_or_more(scene: str, pattern: str) -> None:
-    batch = PATTERNS[pattern](builtin_scene(scene), 2, 3, np.random.default_rng(0))
+    batch, layout = PATTERNS[pattern](builtin_scene(scene), 2, 3, np.random.default_rng(0))
+    assert np.bincount(layout).max() <= 3
+    assert len(layout) == len(batch)
     assert 0 < len(batch) <= 6
     assert (batch.count >= 2).all()
 
 
 def test_a_moved_group_keeps_its_shape_and_is_seen() -> None:
-    batch = group_moved(M2, 4, 3, np.random.default_rng(1))
+    batch, _ = group_moved(M2, 4, 3, np.random.default_rng(1))
     assert batch.truth is not None
     shapes = []
     for b in range(len(batch)):
@@ -53,7 +47,7 @@ def test_a_moved_group_keeps_its_shape_and_is_seen() -> None:
 
 def test_a_drift_leaves_everything_where_the_camera_sees_it() -> None:
     rng = np.random.default_rng(2)
-    calm = PATTERNS["calm"](M2, 2, 3, rng)
+    calm, _ = PATTERNS["calm"](M2, 2, 3, rng)
     after = drifted(calm, calm.camera.position, rng)
     for b in range(len(calm)):
         n = int(calm.count[b])
@@ -74,8 +68,28 @@ def test_calibration_error_is_the_mean_distance_from_what_was_right() -> None:
 def test_rows_are_of_each_method_and_the_same_for_the_same_randomness() -> None:
     unit = Unit("M2", "group moved")
     first, second = (run_unit(unit, M2, 1, 2, np.random.default_rng(3), METHODS) for _ in range(2))
-    assert first == second
+    assert_equal(first, second)
     assert [row["rule"] for row in first] == ["likelihood", "relational"]
+
+
+def test_right_labels_are_counted_by_layout() -> None:
+    rows = run_unit(Unit("M2", "usual"), M2, 3, 2, np.random.default_rng(4), METHODS)
+    for row in rows:
+        assert len(row[RIGHT]) == len(row[SEEN]) == 3
+        assert sum(row[SEEN]) == row["detections"]
+        assert_allclose(sum(row[RIGHT]) / sum(row[SEEN]), row["accuracy"])
+
+
+def test_gains_are_paired_and_have_intervals_over_layouts(monkeypatch: pytest.MonkeyPatch) -> None:
+    quick = {"spatial-ungated": LastKnownReid, "likelihood": LastKnownReid, "relational": LastKnownReid}
+    monkeypatch.setattr(module, "METHODS", quick)
+    report = relations(Setting(layouts=3, quick=True))
+    for row in report.rows:
+        assert row["low"] <= row["accuracy"] <= row["high"]
+        assert row["over_the_paper"] == row["over_the_paper_low"] == row["over_the_paper_high"] == 0
+    assert any(row["low"] < row["high"] for row in report.rows)
+    assert all(" to " in one.interval for one in report.comparisons)
+    assert "+0.000 (+0.000 to +0.000)" in report.tables
 
 
 def test_the_report_has_every_pattern(monkeypatch: pytest.MonkeyPatch) -> None:

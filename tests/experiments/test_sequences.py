@@ -1,10 +1,11 @@
 import numpy as np
 import pytest
+from numpy.testing import assert_equal
 
 from farm_ar.experiments import sequences as module
 from farm_ar.experiments.sequences import LENGTHS, Unit, run_unit, sequences, units
 from farm_ar.experiments.setting import Setting
-from farm_ar.reid import LastKnownReid, SpatialReid
+from farm_ar.reid import LastKnownReid, NearestReid, SpatialReid
 from farm_ar.scenes import builtin_scene
 
 L1 = builtin_scene("L1")
@@ -28,7 +29,7 @@ def test_a_row_for_each_length_and_more_snapshots_show_more_objects() -> None:
 def test_the_same_randomness_gives_the_same_rows() -> None:
     unit, methods = Unit("L1", 0.3, 30, "noisy"), {"spatial-ungated": SpatialReid}
     first, second = (run_unit(unit, L1, 1, 1, np.random.default_rng(3), methods, (1, 3)) for _ in range(2))
-    assert first == second
+    assert_equal(first, second)
 
 
 def test_the_report_has_every_length(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -39,3 +40,17 @@ def test_the_report_has_every_length(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(report.comparisons) == len(LENGTHS)
     assert "| noisy | objects |" in report.tables
     assert len(report.rows) == len(units(quick=True)) * 2 * len(LENGTHS)
+
+
+def test_intervals_are_over_layouts_and_gains_over_the_first_snapshot(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    quick = {"spatial-ungated": NearestReid, "likelihood": LastKnownReid}
+    monkeypatch.setattr(module, "METHODS", quick)
+    report = sequences(Setting(layouts=3, quick=True))
+    for row in report.rows:
+        assert row["accuracy_low"] <= row["accuracy"] <= row["accuracy_high"]
+        assert not any(key.startswith(module.BY_LAYOUT) for key in row)
+    assert any(row["accuracy_low"] < row["accuracy_high"] for row in report.rows)
+    assert "| likelihood | the first's | 16 | " in report.tables
+    assert "| +0.000 (+0.000 to +0.000) |" in report.tables
