@@ -3,26 +3,25 @@
     python benchmarks/pixels.py [--visits N] [--seed N]
 
 Random visits to the farm: buildings are moved and turned, the headset takes one picture. Each method gets the
-snapshot as it truly is, with noise as measured, and as estimated from the picture; unsure yaws (a runner-up
-of 20% or more) left unknown is a column of its own. AUROC and ECE are of a method's confidence.
+snapshot as it truly is, with noise as measured, and as estimated from the picture, without and with what is
+known of each pose's errors. AUROC and ECE are of a method's confidence.
 """
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
 from farm_ar.game_logic.perception import OraclePerception, Perceived
 from farm_ar.reid import REIDENTIFIERS
+from farm_ar.reid.plausibility.finding import some
 from farm_ar.scenes import Snapshot, builtin_scene
 from farm_ar.vision.measured_noise import MeasuredPerception, in_picture, moments_of
 from farm_ar.vision.perception import PixelPerception, source_of
 
 METHODS = ("spatial", "likelihood", "adaptive")
-UNSURE = 0.2
 
 
 def main() -> None:
@@ -34,10 +33,7 @@ def main() -> None:
     pixels, oracle, measured = PixelPerception(scene), OraclePerception(), MeasuredPerception()
     moments = moments_of(scene, asked.visits, asked.seed)
     kinds: dict[str, list[Perceived]] = {
-        "oracle": [],
-        "measured": [],
-        "pixels": [],
-        "pixels, unsure unknown": [],
+        name: [] for name in ("oracle", "measured noise", "pixels, poses alone", "pixels")
     }
     print(f"Perceiving {len(moments)} visits ...", flush=True)
     for number, (truth, camera) in enumerate(moments):
@@ -45,13 +41,11 @@ def main() -> None:
         kinds["oracle"].append(
             only_in_picture(oracle.perceive(truth, camera, rng), in_picture(truth, camera))
         )
-        kinds["measured"].append(measured.perceive(truth, camera, rng))
+        kinds["measured noise"].append(measured.perceive(truth, camera, rng))
         found = pixels.look(truth, camera, rng)[0]
         source = source_of(found.detections.category, found.detections.position, truth)
-        kinds["pixels"].append(Perceived(Snapshot(camera, found.detections), source))
-        unsure = np.nan_to_num(found.runner_up_weight) >= UNSURE
-        less = replace(found.detections, yaw=np.where(unsure, np.nan, found.detections.yaw))
-        kinds["pixels, unsure unknown"].append(Perceived(Snapshot(camera, less), source))
+        kinds["pixels, poses alone"].append(Perceived(Snapshot(camera, found.detections), source))
+        kinds["pixels"].append(Perceived(Snapshot(camera, found.uncertain), source))
     print("| method | perception | detections | false | right | AUROC | ECE |")
     print("|---|---|---|---|---|---|---|")
     for method in METHODS:
@@ -65,17 +59,7 @@ def main() -> None:
 def only_in_picture(perceived: Perceived, there: np.ndarray) -> Perceived:
     """The oracle's detections of what the picture shows."""
     kept = np.flatnonzero(there[perceived.source])
-    seen = perceived.snapshot.detections
-    part = replace(
-        seen,
-        category=tuple(seen.category[k] for k in kept),
-        ids=None,
-        track_id=None,
-        **{
-            name: getattr(seen, name)[kept] for name in ("position", "yaw", "size", "elevation", "confidence")
-        },
-    )
-    return Perceived(replace(perceived.snapshot, detections=part), perceived.source[kept])
+    return Perceived(some(perceived.snapshot, kept), perceived.source[kept])
 
 
 def row(

@@ -86,6 +86,7 @@ class HandBefore:
             size=seen.size[rows],
             elevation=seen.elevation[rows],
             confidence=seen.confidence[rows],
+            uncertainty=seen.uncertainty and seen.uncertainty.at(kept),
         )
         return Perceived(Snapshot(found.snapshot.camera, detections), found.source[kept])
 

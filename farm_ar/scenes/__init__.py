@@ -30,6 +30,7 @@ from farm_ar.scenes.observing import (
 from farm_ar.scenes.scene import Scene, Site, Template, Weights
 from farm_ar.scenes.snapshot import UNKNOWN, Detections, Snapshot, SnapshotBatch
 from farm_ar.scenes.streams import read_snapshots
+from farm_ar.scenes.uncertainty import Uncertainty
 from farm_ar.scenes.worlds import UNITS, WORLD_FRAMES, World
 
 __all__ = [
@@ -54,6 +55,7 @@ __all__ = [
     "Snapshot",
     "SnapshotBatch",
     "Template",
+    "Uncertainty",
     "Weights",
     "World",
     "builtin_scene",

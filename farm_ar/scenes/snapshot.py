@@ -24,6 +24,7 @@ from farm_ar.errors import SnapshotError
 from farm_ar.scenes.camera import Camera
 from farm_ar.scenes.documents import is_text
 from farm_ar.scenes.layout import unknown
+from farm_ar.scenes.uncertainty import Uncertainty
 from farm_ar.scenes.worlds import OURS, World
 
 UNKNOWN = -1
@@ -56,6 +57,7 @@ class Detections(Record):
         broken: N reasons why a pose cannot be used, whose position is then NaN; None for a sound one, as by
             default.
         tilt: (N, 2) pitch and roll, radians, as a layout's; None, the default, where all stand upright.
+        uncertainty: how far the poses can be trusted; None, the default, where the detector does not know.
 
     Raises:
         SnapshotError: a value is out of its limits, a category or a name is empty, a name is repeated, or the
@@ -72,9 +74,13 @@ class Detections(Record):
     track_id: tuple[str | None, ...] = None  # type: ignore[assignment]
     broken: tuple[str | None, ...] = None  # type: ignore[assignment]
     tilt: FloatArray | None = None
+    uncertainty: Uncertainty | None = None
 
     def __post_init__(self) -> None:
         n = len(self.category)
+        if self.uncertainty is not None and len(self.uncertainty) != n:
+            expected = f"must be that of {n} detections"
+            raise SnapshotError("detections.uncertainty", expected, len(self.uncertainty))
         object.__setattr__(self, "category", tuple(self.category))
         ids = tuple(str(i) for i in range(n)) if self.ids is None else tuple(self.ids)
         object.__setattr__(self, "ids", ids)

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from farm_ar.arrays import ANGLE, FloatArray, Record, first_wrong, read_only
+from farm_ar.arrays import FloatArray, Record
 from farm_ar.errors import SnapshotError
 from farm_ar.rendering import Mesh, MeshError, View
 from farm_ar.rendering.mesh import LARGEST_M, SMALLEST_M
-from farm_ar.scenes import Detections
+from farm_ar.scenes import Detections, Uncertainty
 
 Image = npt.NDArray[np.uint8]
 """(H, W, 3) red, green, blue."""
@@ -42,30 +42,13 @@ class PoseEstimates(Record):
     runner_up_weight: FloatArray
 
     def __post_init__(self) -> None:
-        n = len(self.detections)
-        shapes = {"covariance": (n, 3, 3), "visible": (n,), "runner_up_yaw": (n,), "runner_up_weight": (n,)}
-        for name, shape in shapes.items():
-            array = read_only(getattr(self, name), np.float64, empty=(0, *shape[1:]))
-            if array.shape != shape:
-                raise SnapshotError(f"estimates.{name}", f"must have shape {shape}", array.shape)
-            object.__setattr__(self, name, array)
-        spread = self.covariance
-        symmetric = np.isfinite(spread).all(axis=(1, 2))
-        symmetric &= np.abs(spread - spread.transpose(0, 2, 1)).max(axis=(1, 2), initial=0.0) <= 1e-9
-        least = np.linalg.eigvalsh(np.where(symmetric[:, None, None], spread, 0.0)).min(axis=1, initial=0.0)
-        self._require("covariance", symmetric & (least >= -1e-12), "must be a covariance")
-        self._require("visible", (self.visible >= 0) & (self.visible <= 1), "must be from 0 to 1")
-        yaw, weight = self.runner_up_yaw, self.runner_up_weight
-        none = np.isnan(yaw) & np.isnan(weight)
-        self._require("runner_up_yaw", none | ANGLE.allow(yaw), ANGLE.expected)
-        right = none | ((weight >= 0) & (weight <= 0.5))
-        self._require("runner_up_weight", right, "must be from 0 to 0.5, NaN where there is no runner-up")
-
-    def _require(self, name: str, right: npt.NDArray[np.bool_], expected: str) -> None:
-        where = first_wrong(right)
-        if where is not None:
-            value = getattr(self, name)[where].tolist()
-            raise SnapshotError(f"estimates.{name}[{where[0]}]", expected, value)
+        names = ("covariance", "visible", "runner_up_yaw", "runner_up_weight")
+        checked = Uncertainty(*(getattr(self, name) for name in names))
+        if len(checked) != len(self.detections):
+            expected = f"must be {len(self.detections)}, one for each detection"
+            raise SnapshotError("uncertainty.visible", expected, len(checked))
+        for name in names:
+            object.__setattr__(self, name, getattr(checked, name))
 
     def __len__(self) -> int:
         return len(self.detections)
@@ -74,6 +57,17 @@ class PoseEstimates(Record):
     def score(self) -> FloatArray:
         """(N,) the probability that there is such a thing."""
         return self.detections.confidence
+
+    @property
+    def uncertain(self) -> Detections:
+        """The detections, with how far each can be trusted: what a snapshot of the image holds."""
+        uncertainty = Uncertainty.trusted(
+            covariance=self.covariance,
+            visible=self.visible,
+            runner_up_yaw=self.runner_up_yaw,
+            runner_up_weight=self.runner_up_weight,
+        )
+        return Detections.trusted(**vars(self.detections) | {"uncertainty": uncertainty})
 
 
 class PoseEstimator(ABC):

@@ -15,7 +15,8 @@ from farm_ar.game_logic import visibility
 from farm_ar.game_logic.headset import field_of_view, random_camera
 from farm_ar.game_logic.perception import Perceived
 from farm_ar.geometry import deepest_overlap, wrap
-from farm_ar.scenes import Camera, Detections, Layout, Scene, Snapshot
+from farm_ar.rendering import View
+from farm_ar.scenes import Camera, Detections, Layout, Scene, Snapshot, Uncertainty
 from farm_ar.vision.canonical import azimuth
 from farm_ar.vision.frames import errors
 from farm_ar.vision.perception import SIZE, PixelPerception, view_of
@@ -35,6 +36,7 @@ class MeasuredNoise:
         bias: (D, 3) mean error of the rest: away from the eye and to its side, metres; of the yaw, radians.
         covariance: (D, 3, 3) of it.
         false_rate: detections of nothing, a picture.
+        found_rate: detections of something, a picture.
     """
 
     edges: FloatArray
@@ -43,6 +45,31 @@ class MeasuredNoise:
     bias: FloatArray
     covariance: FloatArray
     false_rate: float
+    found_rate: float
+
+    @property
+    def precision(self) -> float:
+        """Share of the detections that are of something."""
+        return self.found_rate / (self.found_rate + self.false_rate)
+
+    def uncertainty(self, view: View, position: FloatArray, yaw: FloatArray) -> Uncertainty:
+        """What is known of the errors of detections (N, 2) with headings (N,)."""
+        away = position - view.eye[[0, 2]]
+        kind = np.searchsorted(self.edges, np.linalg.norm(away, axis=1))
+        # From (away from the eye, to its side, yaw) to (x, z, yaw).
+        sine, cosine = (f(azimuth(view, position)) for f in (np.sin, np.cos))
+        turn = np.zeros((len(kind), 3, 3))
+        turn[:, 0, 0], turn[:, 0, 1], turn[:, 1, 0], turn[:, 1, 1], turn[:, 2, 2] = (
+            sine,
+            cosine,
+            cosine,
+            -sine,
+            1.0,
+        )
+        covariance = turn @ self.covariance[kind] @ turn.transpose(0, 2, 1)
+        covariance = (covariance + covariance.transpose(0, 2, 1)) / 2
+        flip = np.minimum(self.flip[kind], 0.5)
+        return Uncertainty(covariance, np.ones(len(kind)), wrap(yaw + np.pi), flip)
 
     @classmethod
     def from_json(cls, document: dict[str, Any]) -> MeasuredNoise:
@@ -50,7 +77,9 @@ class MeasuredNoise:
         edges, miss, flip, bias, covariance = (
             np.array(document[name], float) for name in ("edges", "miss", "flip", "bias", "covariance")
         )
-        return cls(edges, miss, flip, bias, covariance, float(document["false_rate"]))
+        # The classes of distance have equally many things.
+        found = document["things"] / document["pictures"] * (1 - miss.mean())
+        return cls(edges, miss, flip, bias, covariance, float(document["false_rate"]), float(found))
 
 
 @lru_cache(maxsize=1)
@@ -92,6 +121,8 @@ class MeasuredPerception:
             yaw[order],
             truth.size[like],
             truth.elevation[like],
+            confidence=np.full(len(like), noise.precision),
+            uncertainty=noise.uncertainty(eye, position[order], yaw[order]),
         )
         return Perceived(Snapshot(camera, detections), of[order])
 

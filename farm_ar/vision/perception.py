@@ -60,7 +60,7 @@ class PixelPerception:
 
     def perceive(self, truth: Layout, camera: Camera, rng: np.random.Generator) -> Perceived:
         """The snapshot that the camera takes of the objects where they truly are."""
-        found = self.look(truth, camera, rng)[0].detections
+        found = self.look(truth, camera, rng)[0].uncertain
         return Perceived(Snapshot(camera, found), source_of(found.category, found.position, truth))
 
 

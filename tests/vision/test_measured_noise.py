@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
 from farm_ar.geometry import wrap
 from farm_ar.vision.measured_noise import (
@@ -42,6 +43,27 @@ def test_errors_are_as_large_and_as_frequent_as_was_measured(farm):
             wanted = np.trace(noise.covariance[k, :2, :2]) + (noise.bias[k, :2] ** 2).sum()
             assert (shift[here] ** 2).mean() == pytest.approx(wanted, rel=0.35)
     assert false / (12 * len(moments)) == pytest.approx(noise.false_rate, abs=0.1)
+
+
+def test_what_is_said_of_the_errors_is_so(farm):
+    rng, inside, flipped, rescued, real = np.random.default_rng(1), [], 0.0, 0, []
+    for truth, camera in 10 * moments_of(farm, 30, 6):
+        perceived = MeasuredPerception().perceive(truth, camera, rng)
+        seen, source = perceived.snapshot.detections, perceived.source
+        real += (source >= 0).tolist()
+        assert np.all(seen.confidence == measured_noise().precision)
+        for k in np.flatnonzero(source >= 0):
+            turn = wrap(seen.yaw[k] - truth.yaw[source[k]])
+            flipped += seen.uncertainty.runner_up_weight[k]
+            if abs(turn) > np.pi / 2:
+                rescued += abs(wrap(seen.uncertainty.runner_up_yaw[k] - truth.yaw[source[k]])) < np.pi / 2
+                continue
+            error = np.append(seen.position[k] - truth.position[source[k]], turn)
+            spread = seen.uncertainty.covariance[k] + 1e-12 * np.eye(3)
+            inside.append(error @ np.linalg.solve(spread, error) < chi2.isf(0.1, 3))
+    assert np.mean(inside) == pytest.approx(0.9, abs=0.05)
+    assert rescued == pytest.approx(flipped, rel=0.3)
+    assert np.mean(real) == pytest.approx(measured_noise().precision, abs=0.01)
 
 
 def test_the_file_is_plain_data_that_says_how_it_was_made():

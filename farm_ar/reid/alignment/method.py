@@ -134,7 +134,12 @@ def moved(snapshot: Snapshot, motion: RigidMotion) -> Snapshot:
             camera, position=motion.position(camera.position[None])[0], yaw=camera.yaw + motion.turn
         ),
         detections=Detections.trusted(
-            **vars(seen) | {"position": motion.position(seen.position), "yaw": motion.yaw(seen.yaw)}
+            **vars(seen)
+            | {
+                "position": motion.position(seen.position),
+                "yaw": motion.yaw(seen.yaw),
+                "uncertainty": seen.uncertainty and seen.uncertainty.turned(float(motion.turn)),
+            }
         ),
     )
 

@@ -222,10 +222,14 @@ def look(known: Known, found: Found, b: int, like: FloatArray, nothing: FloatArr
 
 
 @_compile
-def translation_density(known: Known, labels: Labels, position: FloatArray, result: FloatArray) -> None:
-    """Fill (A, N, M): density of each detection's place (N or more, 2) for each scale and label."""
-    scale, detecting = known.models.translation_sd, known.detecting
+def translation_density(known: Known, labels: Labels, found: Found, b: int, result: FloatArray) -> None:
+    """Fill (A, N, M): density of each place that was detected in snapshot b for each scale and label.
+
+    Where the detector says that it knows a place less exactly than is usual, it is believed.
+    """
+    scale, usual = known.models.translation_sd, known.detecting.position_sd
     stood, fixed, room = labels.position, labels.fixed, labels.room
+    position, spread = found.position[b], found.spread[b]
     for a in range(len(scale)):
         sd = scale[a]
         for i in range(result.shape[1]):
@@ -238,14 +242,55 @@ def translation_density(known: Known, labels: Labels, position: FloatArray, resu
                         stood[j, axis],
                         room[axis],
                         moved,
-                        detecting.position_sd,
+                        max(usual, spread[i, axis]),
                     )
                 result[a, i, j] = density
 
 
 @_compile
-def heading_density(models: Models, labels: Labels, yaw: FloatArray, result: FloatArray) -> None:
-    """Fill (B, N, M): density of each detection's heading (N or more,) for each scale and label."""
+def heading_density(models: Models, labels: Labels, found: Found, b: int, result: FloatArray) -> None:
+    """Fill (B, N, M): density of each heading that was detected in snapshot b for each scale and label.
+
+    What the detector says of its uncertainty counts, and so does the second most probable heading.
+    """
+    yaw, spread, rival, weight = found.yaw[b], found.spread[b], found.rival[b], found.rival_weight[b]
+    table_density(models, labels, yaw, result)
+    usual = models.turn_sd[0]
+    scales = len(result)
+    for i in range(result.shape[1]):
+        more = max(spread[i, 2] ** 2 - usual**2, 0.0)
+        if math.isnan(yaw[i]) or (more == 0.0 and weight[i] == 0.0):
+            continue
+        for j in range(len(labels.yaw)):
+            period = labels.period[j]
+            if period == 0.0 or math.isnan(labels.yaw[j]):
+                continue
+            for a in range(scales):
+                sd = math.sqrt(models.turn_sd[0 if labels.fixed[j] else a] ** 2 + more)
+                one = turn_density(yaw[i] - labels.yaw[j], period, sd)
+                other = turn_density(rival[i] - labels.yaw[j], period, sd) if weight[i] > 0.0 else 0.0
+                result[a, i, j] = (1.0 - weight[i]) * one + weight[i] * other
+
+
+@_compile
+def turn_density(turn: float, period: float, sd: float) -> float:
+    """`heading_log_density`, without the logarithm, of one turn of an object with a period above 0."""
+    turn -= period * round(turn / period)
+    if sd < period / 3:  # a sum over periods where narrow, over harmonics where wide
+        total = 0.0
+        for k in range(-2, 3):
+            total += math.exp(-0.5 * ((turn - k * period) / sd) ** 2)
+        return total * period / (2 * math.pi) / (sd * ROOT_TWO_PI)
+    total = 1.0
+    for k in range(1, 4):
+        wave = k * 2 * math.pi / period
+        total += 2 * math.exp(-0.5 * (wave * sd) ** 2) * math.cos(wave * turn)
+    return max(total, 1e-300) / (2 * math.pi)
+
+
+@_compile
+def table_density(models: Models, labels: Labels, yaw: FloatArray, result: FloatArray) -> None:
+    """Fill (B, N, M): density of each heading (N or more,), of the usual noise, by the tables."""
     tables, stood, periods, fixed, kind = (
         models.heading,
         labels.yaw,

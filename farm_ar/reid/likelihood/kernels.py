@@ -134,8 +134,8 @@ def models_that_count(known: Known, eyes: Eyes, found: Found, b: int, ways: Ways
     scales, turns = len(models.translation_sd), len(models.heading)
     reach = Reach(np.empty((scales, n, m)), np.empty((turns, n, m)), np.empty((scales, m)))
     view_probability(known, labels, eyes, found, b, b + 1, reach.inside)
-    translation_density(known, labels, found.position[b], reach.place)
-    heading_density(models, labels, found.yaw[b], reach.heading)
+    translation_density(known, labels, found, b, reach.place)
+    heading_density(models, labels, found, b, reach.heading)
     weigh(known, reach, like, ways)
     bound, scaled, false = np.empty(count), np.empty(count), found.false[b]
     for k in range(count):
@@ -244,6 +244,20 @@ def chance_of_more(log_product: float, count: int) -> float:
 
 
 @_compile
+def tail_of_turn(
+    share: float, turn: float, period: float, table: FloatArray, sd: float, more: float
+) -> float:
+    """A share times how often a turn is larger: by the table of an SD, unless its variance is larger."""
+    angle = abs(turn - period * round(turn / period))
+    if more > 0.0:
+        wide = math.sqrt(sd * sd + more)
+        even = 1.0 - angle / (period / 2)
+        return share * (math.erfc(angle / (wide * math.sqrt(2.0))) if wide < period / 4 else even)
+    first = min(int(angle / (period / 2) * (len(table) - 1)), len(table) - 1)
+    return float(share * table[first:].sum() / table.sum())
+
+
+@_compile
 def predictive_p_value(known: Known, found: Found, b: int, answer: Answer, k: int) -> float:
     """How often shifts and turns as large as those of an answer, or larger, come about under model k.
 
@@ -251,7 +265,7 @@ def predictive_p_value(known: Known, found: Found, b: int, answer: Answer, k: in
     shifts and those of turns are combined by Fisher's method, and the lesser value is doubled. Walls, which
     only shorten shifts, are left out.
     """
-    labels, models, noise = known.labels, known.models, known.detecting.position_sd
+    labels, models = known.labels, known.models
     shifts, turns, count, turned = 0.0, 0.0, 0, 0
     for i in range(found.number[b]):
         j = answer.label[b, i]
@@ -259,7 +273,10 @@ def predictive_p_value(known: Known, found: Found, b: int, answer: Answer, k: in
             continue
         x = found.position[b, i, 0] - labels.position[j, 0]
         z = found.position[b, i, 1] - labels.position[j, 1]
+        noise = max(known.detecting.position_sd, found.spread[b, i, 0], found.spread[b, i, 1])
         period, turn = labels.period[j], found.yaw[b, i] - labels.yaw[j]
+        more = max(found.spread[b, i, 2] ** 2 - models.turn_sd[0] ** 2, 0.0)
+        weight, other = found.rival_weight[b, i], found.rival[b, i] - labels.yaw[j]
         tells = period > 0.0 and not math.isnan(turn)
         farther, wider = 0.0, 0.0
         for p in range(models.share.shape[1]):
@@ -269,10 +286,12 @@ def predictive_p_value(known: Known, found: Found, b: int, answer: Answer, k: in
             sd = models.translation_sd[models.part[k, p, 0]]
             farther += share * math.exp(-0.5 * (x * x + z * z) / (sd * sd + noise * noise))
             if tells:
-                table = models.heading[models.part[k, p, 1], labels.table[j]]
-                angle = abs(turn - period * round(turn / period))
-                first = min(int(angle / (period / 2) * (len(table) - 1)), len(table) - 1)
-                wider += share * table[first:].sum() / table.sum()
+                scale = models.part[k, p, 1]
+                table, sd = models.heading[scale, labels.table[j]], models.turn_sd[scale]
+                tail = tail_of_turn(share, turn, period, table, sd, more)
+                if weight > 0.0:
+                    tail += weight * (tail_of_turn(share, other, period, table, sd, more) - tail)
+                wider += tail
         shifts += math.log(max(farther, LEAST_TAIL))
         count += 1
         if tells:

@@ -28,7 +28,7 @@ from farm_ar.reid.likelihood.records import (
     View,
 )
 from farm_ar.reid.place import lengths_of, room_of
-from farm_ar.scenes import UNKNOWN, Camera, Detections, Scene, Snapshot, SnapshotBatch
+from farm_ar.scenes import UNKNOWN, Camera, Detections, Scene, Snapshot, SnapshotBatch, Uncertainty
 
 _NEARLY_ALL = 0.8
 
@@ -239,7 +239,19 @@ class LikelihoodReid(Reidentifier):
         found = _found(np.array([len(seen)]), poses, codes[None], seen.size[None])
         # Of n detections as sure as this one, (1 - confidence) n are false and confidence n are not.
         confidence = np.maximum(seen.confidence[None], LEAST_CONFIDENCE)
-        return found._replace(false=len(seen) * (1 - confidence) / confidence)
+        found = found._replace(false=len(seen) * (1 - confidence) / confidence)
+        return found if seen.uncertainty is None else self._uncertain(found, seen.uncertainty)
+
+    def _uncertain(self, found: Found, uncertainty: Uncertainty) -> Found:
+        """Detections with what the detector says of its errors."""
+        if self._room is not None:
+            uncertainty = uncertainty.turned(-self._room.yaw)
+        variance = np.diagonal(uncertainty.covariance, axis1=1, axis2=2)
+        return found._replace(
+            spread=np.sqrt(np.maximum(variance, 0.0))[None],
+            rival=np.nan_to_num(uncertainty.runner_up_yaw)[None],
+            rival_weight=np.nan_to_num(uncertainty.runner_up_weight)[None],
+        )
 
     def _position(self, place: FloatArray) -> FloatArray:
         """Places in the frame in which the kernels compute."""
@@ -343,4 +355,7 @@ def _found(
         half=np.stack([size[..., 0], size[..., 2]], axis=-1) / 2,
         elevation=np.where(told, elevation, np.nan),
         false=np.zeros(yaw.shape),
+        spread=np.zeros((*yaw.shape, 3)),
+        rival=np.zeros(yaw.shape),
+        rival_weight=np.zeros(yaw.shape),
     )

@@ -126,6 +126,7 @@ def model_arrays(
         detect_rate=np.array([1 - rates.miss_rate for _, _, rates in every]),
         none_rate=np.array([float(rates.none_rate) for _, _, rates in every]),
         heading=np.array(heading),
+        turn_sd=sds,
         sharpness=concentration_of(sds),
         offset=_equally_probable(_POINTS),
     )

@@ -45,7 +45,8 @@ class Models(NamedTuple):
         none_rate: (K,) expected detections a snapshot of what has no label.
         heading: (B, U, G) density of a turn for each scale, kind of symmetry and G turns from 0 to half a
             period; the first scale is that of what never moves.
-        sharpness: (B,) concentration of the headings on each scale, 1 / rad^2.
+        turn_sd: (B,) of the headings on each scale, the detector's noise included, radians.
+        sharpness: (B,) their concentration, 1 / rad^2.
         offset: (Q, 2) equally probable points that stand for the standard normal distribution: to the right
             of a camera's heading and along it, so that they turn with it; symmetric about it.
     """
@@ -57,6 +58,7 @@ class Models(NamedTuple):
     detect_rate: FloatArray
     none_rate: FloatArray
     heading: FloatArray
+    turn_sd: FloatArray
     sharpness: FloatArray
     offset: FloatArray
 
@@ -140,6 +142,10 @@ class Found(NamedTuple):
         half: (B, K, 2) half the width and depth, metres.
         elevation: (B, K) metres; NaN where not known.
         false: (B, K) false detections like it that are to be expected, by the detector's own confidence.
+        spread: (B, K, 3) SDs of x, z, metres, and of the yaw, radians, as the detector has them; 0 where it
+            does not know.
+        rival: (B, K) the second most probable heading, radians.
+        rival_weight: (B, K) its probability; 0 for none.
     """
 
     number: IntArray
@@ -150,6 +156,9 @@ class Found(NamedTuple):
     half: FloatArray
     elevation: FloatArray
     false: FloatArray
+    spread: FloatArray
+    rival: FloatArray
+    rival_weight: FloatArray
 
 
 class Reach(NamedTuple):

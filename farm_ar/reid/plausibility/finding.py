@@ -42,8 +42,9 @@ def some(snapshot: Snapshot, index: IntArray) -> Snapshot:
     """The snapshot with the detections at `index` only."""
     seen = snapshot.detections
     values = {field.name: getattr(seen, field.name) for field in fields(seen)}
+    uncertainty = values.pop("uncertainty")
     kept = {
         name: value[index] if isinstance(value, np.ndarray) else value and tuple(value[i] for i in index)
         for name, value in values.items()
-    }
+    } | {"uncertainty": uncertainty and uncertainty.at(index)}
     return replace(snapshot, detections=Detections.trusted(**kept))

@@ -182,3 +182,4 @@ def correct_frame(raw: Sight, pivot: FloatArray, motion: FloatArray, sight: Sigh
     sight.eyes.yaw[:] = raw.eyes.yaw - motion[2]
     sight.found.position[:] = pivot + turned(raw.found.position - back, -motion[2])
     sight.found.yaw[:] = raw.found.yaw - motion[2]
+    sight.found.rival[:] = raw.found.rival - motion[2]

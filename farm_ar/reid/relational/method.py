@@ -167,6 +167,9 @@ def _repeated(found: Found, b: int, n: int, rows: int) -> Found:
         half=repeat(found.half),
         elevation=repeat(found.elevation),
         false=repeat(found.false),
+        spread=repeat(found.spread),
+        rival=repeat(found.rival),
+        rival_weight=repeat(found.rival_weight),
     )
 
 

@@ -275,7 +275,7 @@ def _relation(kind: str, group: Group, motion: FloatArray, label: str | None = N
 def _sight(eyes: Eyes, found: Found, labels: int, like: Sight | None = None) -> Sight:
     """Cameras and detections whose poses may be changed; the looks are to be filled in, or another's."""
     eyes = eyes._replace(position=eyes.position.copy(), yaw=eyes.yaw.copy())
-    found = found._replace(position=found.position.copy(), yaw=found.yaw.copy())
+    found = found._replace(position=found.position.copy(), yaw=found.yaw.copy(), rival=found.rival.copy())
     if like is not None:
         return Sight(eyes, found, like.like, like.nothing)
     n = found.yaw.shape[1]

@@ -39,8 +39,8 @@ def move_labels(labels: Labels, group: Group, motion: FloatArray) -> None:
 @_compile
 def reach_labels(known: Known, labels: Labels, sight: Sight, reach: Reach) -> None:
     """Fill in where labels may be found by one camera or another."""
-    translation_density(known, labels, sight.found.position[0], reach.place)
-    heading_density(known.models, labels, sight.found.yaw[0], reach.heading)
+    translation_density(known, labels, sight.found, 0, reach.place)
+    heading_density(known.models, labels, sight.found, 0, reach.heading)
     view_probability(known, labels, sight.eyes, sight.found, 0, len(sight.eyes.yaw), reach.inside)
 
 

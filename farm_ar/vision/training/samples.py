@@ -121,7 +121,8 @@ def photographed(image: Image, rng: np.random.Generator) -> Image:
         size = (image.shape[1], image.shape[0])
         field = np.asarray(cv2.resize(uneven, size, interpolation=cv2.INTER_CUBIC))
         value *= np.exp(field)[..., None]
-    value *= rng.uniform(0.7, 1.35) * (1 + rng.uniform(0, 0.12) * rng.standard_normal(3)).astype(np.float32)
+    gain = rng.uniform(0.7, 1.35) if rng.random() < 0.75 else rng.uniform(0.25, 0.7)
+    value *= gain * (1 + rng.uniform(0, 0.12) * rng.standard_normal(3)).astype(np.float32)
     if rng.random() < 0.3:
         value = np.maximum(value, 0) ** np.float32(rng.uniform(0.6, 1.6))
     if rng.random() < 0.15:
@@ -129,8 +130,11 @@ def photographed(image: Image, rng: np.random.Generator) -> Image:
         value = grey + np.float32(rng.uniform(0, 0.6)) * (value - grey)
     if rng.random() < 0.5:
         value = np.asarray(cv2.GaussianBlur(value, (0, 0), rng.uniform(0.2, 1.1)))
-    noise = rng.uniform(0, 8) / 255
+    noise = rng.uniform(0, 8 if rng.random() < 0.75 else 14) / 255
     value = value + np.float32(noise) * rng.standard_normal(value.shape, dtype=np.float32)
+    if rng.random() < 0.2:  # single bright pixels
+        lit = rng.random(value.shape[:2]) < rng.uniform(0.001, 0.02)
+        value[lit] += rng.uniform(0.05, 0.5, (int(lit.sum()), 1)).astype(np.float32)
     seen = np.clip(np.rint(255 * value), 0, 255).astype(np.uint8)
     if rng.random() < 0.6:
         quality = int(rng.integers(40, 96))
