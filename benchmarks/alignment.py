@@ -1,4 +1,4 @@
-"""How often `align` is right, and how sure it is, in worlds that are unlike one another.
+"""How often `align` is right, and its confidence, in worlds that are unlike one another.
 
     python benchmarks/alignment.py [--worlds 200]
 

@@ -87,7 +87,7 @@ def row(
 
 
 def area(sure: np.ndarray, right: np.ndarray) -> float:
-    """Probability that a right answer is surer than a wrong one."""
+    """Probability that a right answer has more confidence than a wrong one."""
     if right.all() or not right.any():
         return float("nan")
     rank = np.argsort(np.argsort(sure, kind="stable"), kind="stable") + 1.0

@@ -2,7 +2,7 @@
 
     python benchmarks/reach.py adaptive --detections 20000 --store out/reach.sqlite --out out/reach.json
 
-asks each method, the simple assignments and a method that is told each row's true motions, and prints for
+asks each method, the simple assignments and a method that is given each row's true motions, and prints for
 the first method which of the criteria it reaches. It resumes where it was stopped. `--rows` and
 `--detections` make it small.
 """
@@ -80,7 +80,7 @@ def snapshots_for(row: str, detections: int) -> int:
 
 
 def told_answers(examples: Sequence[Example]) -> Scored:
-    """The answers of the method that is told the row's motions."""
+    """The answers of the method that is given the row's motions."""
     motion = Motion(examples)
     parts = []
     for example in examples:

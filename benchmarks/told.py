@@ -1,4 +1,4 @@
-"""A re-identifier that is told a row's true motions: what can be known of them beforehand, and no more."""
+"""A re-identifier that is given a row's true motions: what can be known of them beforehand, and no more."""
 
 from __future__ import annotations
 

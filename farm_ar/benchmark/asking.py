@@ -103,7 +103,7 @@ def ask_all(
         methods: names, as `load_reid` takes them.
         store: where answers are kept.
         executor: where the work is done; by default in this process.
-        watch: is told how far it is.
+        watch: is called with the progress.
         fresh: whether to forget what is in the store.
         version: of the code, by hand; by default the hash of all of it.
 

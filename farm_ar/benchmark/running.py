@@ -73,7 +73,7 @@ def run_benchmark(
         request: what is asked.
         store: the file that keeps what is finished.
         executor: where the work is done.
-        watch: is told how far it is.
+        watch: is called with the progress.
 
     Raises:
         OptionError: a row, a folder or a file of answers cannot be used.

@@ -97,8 +97,8 @@ def vision_train(
 ) -> None:
     """Train a network that finds things in images, on random renders of their meshes.
 
-    It takes about an hour on two cores. MODEL.onnx is the network, MODEL.json its categories and how sure it
-    may be; MODEL.checkpoint, from which --resume goes on, can be deleted at the end.
+    It takes about an hour on two cores. MODEL.onnx is the network, MODEL.json its categories and its
+    calibration; MODEL.checkpoint, from which --resume goes on, can be deleted at the end.
     """
     from farm_ar.cli.output import print_line, progress
     from farm_ar.vision.training import need_packages

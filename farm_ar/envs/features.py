@@ -249,7 +249,7 @@ def read_table(
         room: what does not change.
         found: last time, with the same beliefs; brought up to date.
         numbers: all parts, flat; filled, but for `budget` and `hand`. (Each array that is passed takes a
-            quarter of a microsecond; so the parts are told apart in here.)
+            quarter of a microsecond; so the parts are distinguished in here.)
 
     Returns:
         `least_margin` and `ambiguity` of `Features`.

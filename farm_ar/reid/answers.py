@@ -38,7 +38,7 @@ class Certificate:
 
 @dataclass(frozen=True, eq=False)
 class Assurance(Record):
-    """How sure an answer for N detections and C candidates is; each part None where a rule does not say.
+    """Margins and confidence of an answer for N detections and C candidates; None where a method gives none.
 
     Args:
         margin: (N,) rise of the total cost if the detection must give up its label (T4); NaN without one.

@@ -15,7 +15,7 @@ from farm_ar.reid.relational.method import RelationalReid
 from farm_ar.scenes import Snapshot
 
 LEAST, MOST = 0.05, 3
-"""The least probability of what is told, and how many ways of moving are told."""
+"""The least probability of what is reported, and how many ways of moving are."""
 
 _ALONE, _AHEAD = ("gaussian", "exponential", "student"), ("forward", "ahead")
 _WAYS = {

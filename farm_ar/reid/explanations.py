@@ -19,7 +19,7 @@ from farm_ar.scenes import Snapshot, World
 from farm_ar.scenes.worlds import OURS
 
 TOLD, MOST_TOLD = 0.01, 3
-"""The least probability of other labels that are told, and how many of them."""
+"""The least probability of other labels that are reported, and how many of them."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Explanation:
         none: probability that it is none of the labels; NaN where the method gives none.
         believed: of how things moved, a sentence each.
         reason: why it has no label, where it has none and that is known.
-        world: in whose units lengths are told.
+        world: in whose units lengths are given.
     """
 
     detection: str
@@ -129,7 +129,7 @@ def explain(reid: Reidentifier, snapshot: Snapshot, detection: int | str) -> Exp
     """Why a detection of a snapshot gets the label that a method gives it.
 
     Of a method whose costs are sums of terms, these are compared; of one that gives probabilities, the
-    likeliest labels are told; and of one that averages over motions, which ones it believed in.
+    likeliest labels are listed; and of one that averages over motions, which ones it believed in.
 
     Args:
         reid: the re-identifier.

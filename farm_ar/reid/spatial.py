@@ -289,7 +289,7 @@ class SpatialReid(Reidentifier):
         column: IntArray,
         names: tuple[str, ...],
     ) -> Assurance:
-        """How sure an answer is: worked out when it is first asked for, since few ask."""
+        """Margins and certificate of an answer, computed when first asked for, since few ask."""
         from farm_ar.reid.certificates import Choices, PoseMetric, certificate
 
         margin, other = margins()
@@ -318,7 +318,7 @@ class SpatialReid(Reidentifier):
         return Assurance(margin, runner_up, certified=certified, warnings=(HEIGHTS_COUNT,) if higher else ())
 
     def _heights_count(self, seen: Detections) -> bool:
-        """Whether heights are part of distances: look-alikes stand above one another, and some are told."""
+        """Whether heights are part of distances: look-alikes stand above one another, and some are known."""
         return self._stacked and bool(seen.elevation.any())
 
     def _shift_cost(self, seen: Detections, position: FloatArray, elevation: FloatArray) -> FloatArray:

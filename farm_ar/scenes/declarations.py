@@ -270,7 +270,7 @@ SNAPSHOT = Document(
                         **_IDENTITY,
                         "category": _CATEGORY,
                         "size_whd": _SIZE,
-                        "confidence": Number(SHARE, default=1.0, about="How sure the detector is."),
+                        "confidence": Number(SHARE, default=1.0, about="The detector's confidence."),
                     }
                 )
             ),

@@ -50,7 +50,7 @@ class Detections(Record):
         yaw: (N,) headings, radians, at most 1e6 turns either way; NaN where not known.
         size: (N, 3) width, height, depth, metres, 1e-6 to 1e6; three NaN where not known.
         elevation: (N,) heights of the pivots above the floor, metres, as positions; 0 by default.
-        confidence: (N,) how sure the detector is, 0 to 1; 1 by default.
+        confidence: (N,) of the detector, 0 to 1; 1 by default.
         ids: N names of the detections, distinct and not empty; "0", "1", ... by default.
         track_id: N names that a tracker keeps from one snapshot to the next, distinct and not empty; None for
             a detection without one. All without one by default.

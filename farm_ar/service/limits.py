@@ -23,7 +23,7 @@ class ServiceLimits:
         most_requests: under way at once.
         most_listeners: of one session, on WebSockets.
         body_s: seconds for a body to arrive.
-        answer_s: seconds after which a request is told to come again.
+        answer_s: seconds after which a request is answered with "come again".
 
     Raises:
         OptionError: one is not positive.

@@ -1,4 +1,4 @@
-"""Running the service until it is told to end."""
+"""Running the service until a signal ends it."""
 
 from __future__ import annotations
 

@@ -61,7 +61,7 @@ class Traffic:
         return answer
 
     async def listen(self, name: str, frame: str) -> Listener:
-        """Someone who is told from here on what is there, what comes and what goes.
+        """A listener, which from here on receives what is there, what comes and what goes.
 
         Raises:
             RefusedError: there is no such session, or it has too many listeners.
@@ -85,7 +85,7 @@ class Traffic:
             self._listeners.pop(name, None)
 
     def close(self) -> None:
-        """End: listeners are told, and what is under way is waited for."""
+        """End: listeners receive it, and what is under way is waited for."""
         for there in self._listeners.values():
             for listener in there:
                 _end(listener)

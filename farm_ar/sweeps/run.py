@@ -55,7 +55,7 @@ class Standing:
 
 
 Watcher = Callable[[Standing], None]
-"""Is told of every step of a run; has to be quick."""
+"""Is called at every step of a run; has to be quick."""
 
 
 def run_sweep(
@@ -79,7 +79,7 @@ def run_sweep(
         executor: where units are run; by default in this process. It stays open.
         fresh: forget all results of the sweep, and start over.
         retry: try quarantined units again.
-        watch: is told how far the run is.
+        watch: is called with the progress.
         keep_every: seconds between two commits to the store: what a kill can lose, to be computed again.
 
     Raises:

@@ -123,7 +123,7 @@ def check_spec(make_env: MakeEnv, seed: int = 0, steps: int = 60) -> None:
 
 
 def check_masks(make_env: MakeEnv, seed: int = 0, steps: int = 60) -> None:
-    """Masks fit the space; leaving is always allowed, other first choices only for what is in view."""
+    """Masks fit the space; ending the turn is always allowed, objects only where they are in view."""
     env = make_env()
     inner = env.unwrapped
     env.reset(seed=seed)

@@ -44,7 +44,7 @@ class Evidence:
         return cls(*(np.concatenate([getattr(one, field.name) for one in several]) for field in fields(cls)))
 
     def for_score(self) -> FloatArray:
-        """(N, 5) from which it is told whether there is such a thing."""
+        """(N, 5) features by which it is predicted whether there is such a thing."""
         heat = np.clip(self.heat, 1e-4, 1 - 1e-4)
         return np.column_stack(
             [
@@ -57,13 +57,13 @@ class Evidence:
         )
 
     def for_flip(self) -> FloatArray:
-        """(N, 3) from which it is told whether the heading is the opposite."""
+        """(N, 3) features by which it is predicted whether the heading is the opposite."""
         share = np.clip(self.flipped, 0.002, 0.5)
         worse = np.arcsinh(2 * np.nan_to_num(self.flip))
         return np.column_stack([np.ones(len(share)), np.log(share / (1 - share)), worse])
 
     def for_spread(self) -> FloatArray:
-        """(N, 7) from which it is told how large errors are."""
+        """(N, 7) features by which the size of errors is predicted."""
         moved = self.moved / np.maximum(self.spread[:, 0], 1e-6)
         return np.column_stack(
             [
@@ -98,7 +98,7 @@ class Calibration:
         along: of the logarithm of the SD away from the eye, metres.
         across: to its side.
         turn: of the yaw, radians.
-        least_rival: probability from which on an opposite heading is told of.
+        least_rival: probability from which on an opposite heading is reported.
     """
 
     score_of: FloatArray

@@ -40,7 +40,7 @@ MOST_GAMES, KEPT_S, BEHIND = 32, 600.0, 8
 """Games at once; how long one without anybody is kept, seconds; messages that a slow viewer may lack."""
 
 MOST_WAITING = 64
-"""Messages that wait for a page at most: what it is told once, moments of the game but `BEHIND` of them."""
+"""Messages that wait for a page at most: what is sent once, moments of the game but `BEHIND` of them."""
 
 LONGEST_NAME, SOONEST_S = 32, 0.2
 """Letters of a game's name; seconds from one new game to the next."""

@@ -27,6 +27,9 @@ import numpy as np
 TOLERANCE, REWARD_TOLERANCE = 1e-6, 1e-12
 """Largest difference of a number, absolute up to 1 and relative beyond; and of a reward."""
 
+NEW_CASE = "a case of its own now"
+"""What is said of a case that the recording lacks."""
+
 Values = Mapping[str, Any]
 Case = Callable[[], Values]
 
@@ -142,7 +145,7 @@ def compare(old: Mapping[str, Values], pattern: str = "") -> Iterator[str]:
         if name in old:
             yield from differences(name, old[name], values)
         else:
-            yield f"{name}: a case of its own now"
+            yield f"{name}: {NEW_CASE}"
     paper = bool(os.environ.get("FARM_AR_PAPER_SCENES"))
     for name in old:
         if name not in seen and re.search(pattern, name) and (paper or "paper-" not in name):

@@ -20,7 +20,9 @@ def record(monkeypatch):
 
 
 def test_episodes_answers_and_mistakes_are_as_recorded(record):
-    assert list(record.compare(record.load(HERE / "recorded.npz"), SOME)) == []
+    changes = list(record.compare(record.load(HERE / "recorded.npz"), SOME))
+    # A method that is new has no answers of before; one that is gone or renamed is said to be gone.
+    assert [line for line in changes if not line.endswith(record.NEW_CASE)] == []
 
 
 def test_a_recording_comes_back_as_it_was_written(record, tmp_path):

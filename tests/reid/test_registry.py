@@ -83,9 +83,7 @@ def test_names_of_nothing_are_refused(name, message) -> None:
 def test_an_environment_takes_a_name_or_a_function_but_no_module() -> None:
     assert reid_factory("spatial") is REIDENTIFIERS["spatial"]
     assert reid_factory(NearestReid) is NearestReid
-    with pytest.raises(
-        OptionError, match=r"^reid: must be one of adaptive, distance, last-known, .*, got 'a:B'"
-    ):
+    with pytest.raises(OptionError, match=r"^reid: must be one of adaptive, .*, last-known, .*, got 'a:B'"):
         reid_factory("a:B")
     with pytest.raises(OptionError, match="or a function from a Scene to a Reidentifier, got 7"):
         reid_factory(7)

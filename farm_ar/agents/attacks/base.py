@@ -166,7 +166,7 @@ class Attack(ABC):
 
     @property
     def fingerprint(self) -> str:
-        """A hash of what it works with beside farm-ar's code, by which results of others are told apart."""
+        """A hash of what it works with beside farm-ar's code; results with another hash are not reused."""
         return ""
 
 

@@ -78,7 +78,7 @@ class Learned(Attack):
 
     @property
     def fingerprint(self) -> str:
-        """A hash of what the policies have learnt, by which results of others are told apart.
+        """A hash of what the policies have learnt; results with another hash are not reused.
 
         Raises:
             RunError: there is no such policy.

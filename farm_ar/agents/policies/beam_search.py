@@ -24,7 +24,7 @@ ROUNDING = 1e-9
 """Metres and radians that make no difference."""
 
 GRAIN = 1e6
-"""Poses are told apart to one part in so many of a metre or a radian."""
+"""Poses differ where they do after rounding to one part in so many of a metre or a radian."""
 
 
 class Task(NamedTuple):

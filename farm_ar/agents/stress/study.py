@@ -114,7 +114,7 @@ def run_stress(
         options: what is asked for.
         store: where finished units are kept; None keeps them in memory.
         executor: where units run; by default in this process.
-        watch: is told how far it is.
+        watch: is called with the progress.
 
     Raises:
         UnfinishedSweepError: a unit failed; what the others gave is kept.

@@ -215,7 +215,7 @@ def compare(
         arguments: of the environment, in place of the training's.
         seed: of the policies that need one.
         trust: whether the runs may load code of whoever wrote them, as in `load_policy`.
-        watch: is told, after each episode, what plays and how far it is, and which share of all is done.
+        watch: is called after each episode with what plays, its progress, and the share of all that is done.
 
     Raises:
         RunError: a folder is no run's.

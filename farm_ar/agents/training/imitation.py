@@ -33,8 +33,8 @@ LEAST_LED = 0.5
 class ImitatingPPO(MaskablePPO):
     """MaskablePPO that first learns the choices of a planner at its side, in a surrogate environment.
 
-    At first the planner acts, by and by the learner itself in up to half of the steps, so that it is told
-    what to do where it comes to by its own choices; and it remembers all that it was told (Ross, Gordon and
+    At first the planner acts, by and by the learner itself in up to half of the steps, so that it is
+    shown what to do in states that its own choices lead to; all demonstrations are kept (Ross, Gordon and
     Bagnell 2011, "A reduction of imitation learning and structured prediction to no-regret online learning").
     One step of the best plan is as good as another, if it can come first. The policy must be an
     `ObjectPolicy`.

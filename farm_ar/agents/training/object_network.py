@@ -13,7 +13,7 @@ HEADS = 4
 """How many kinds of neighbour an object may look for at once."""
 
 PARTS = (0.55, 1.0)
-"""Up to which parts of its way to a label's place an object is told how much room there is."""
+"""Parts of its way to a label's place up to which an object's features say how much room there is."""
 
 FAR = 0.5
 """Room, as a share of half the table, from which on more makes no difference."""

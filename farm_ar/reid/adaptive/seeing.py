@@ -35,7 +35,7 @@ def seeing_of(
     options: AdaptiveOptions,
     disorder: Disorder,
 ) -> tuple[Seeing, float]:
-    """What is known of detecting; and how surely all that is known is in view and accounted for, 0 to 1.
+    """What is known of detecting; and the probability that all that is known is in view and accounted for.
 
     Args:
         snapshot: with N detections.

@@ -17,7 +17,7 @@ _OUTLIERS = 0.03
 """Share of measured sides that tell nothing."""
 
 _BETWEEN_KINDS = 0.05
-"""Least SD of the logarithm of a side by which categories are told apart."""
+"""Least SD of the logarithm of a side by which categories are distinguished."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""`align`: the motion from the snapshot's frame to the map's, and how sure it is.
+"""`align`: the motion from the snapshot's frame to the map's, and its confidence.
 
 Motions are proposed by pairs of detections that may be pairs of labels and by single poses with headings; the
 most promising are refined, weighed, and compared with one another and with there being no such motion.
@@ -51,7 +51,7 @@ class Alternative:
 
 @dataclass(frozen=True, eq=False)
 class Alignment(Record):
-    """The motion from a snapshot's frame to the map's, and how sure it is.
+    """The motion from a snapshot's frame to the map's, and its confidence.
 
     Args:
         motion: about the middle of the detections, metres and radians.

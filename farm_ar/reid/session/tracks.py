@@ -124,7 +124,7 @@ def with_tracks(
             row[-1] = max(1 - row[:-1].sum(), 0.0)
         belief[held] = (1 - switch_rate) * told + switch_rate * picture[held]
         free = np.setdiff1d(np.arange(len(belief)), held)
-        # What a track holds is nothing else's: the method was told, but for detections that were set aside.
+        # What a track holds is nothing else's: the method knew that, but for detections that were set aside.
         others, untold = picture, held
         if given is not None:
             others, untold = _beliefs(given, labels), [i for i in held if _set_aside(given, i)]

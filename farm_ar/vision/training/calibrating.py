@@ -1,4 +1,4 @@
-"""Fits to errors on random frames how sure the estimator may be of what it finds."""
+"""Fits the estimator's confidence and covariances to its errors on random frames."""
 
 from __future__ import annotations
 

@@ -94,7 +94,7 @@ def train(
         out: the file `*.onnx`; what else a user of it needs to know stands beside it as `*.json`. Meanwhile
             `*.checkpoint` holds how far it is.
         training: how.
-        report: is told how far it is.
+        report: is called with the progress.
         resume: whether to go on with the checkpoint, if there is one.
 
     Raises:
