@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import secrets
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -18,8 +18,10 @@ from farm_ar.errors import InputError, OptionError, known_name
 from farm_ar.rendering.models import MODELS
 from farm_ar.service.access import Access
 from farm_ar.service.refusals import missing_package
-from farm_ar.web.game import STEPS_PER_SECOND, Game, Pointer
+from farm_ar.web.game import Game
+from farm_ar.web.pointer import STEPS_PER_SECOND, Pointer
 from farm_ar.web.recordings import demonstrations, recorded_script, recorded_trace
+from farm_ar.web.rounds import FREE
 from farm_ar.web.telling import Json
 
 try:
@@ -44,6 +46,8 @@ MOST_WAITING = 64
 
 LONGEST_NAME, SOONEST_S = 32, 0.2
 """Letters of a game's name; seconds from one new game to the next."""
+
+SEED_DIGITS = 10
 
 MOST_MESSAGE = 4096
 """Characters of what a page may send at once."""
@@ -79,7 +83,7 @@ class Table:
         due = loop.time()
         while self.viewers:
             self.game.step()
-            if (news := self.game.news()) is not None:
+            while (news := self.game.news()) is not None:
                 said = _encoded(news)
                 for queue in self.viewers.values():
                     _put(queue, said)
@@ -156,7 +160,7 @@ def make_web_app(access: Access | None = None, seed: int = 0, reid: str = "spati
     async def play(socket: WebSocket, name: str) -> None:
         try:
             allowed.check(socket.headers, socket.query_params)
-            table = _table(tables, name, seed, reid)
+            table = _table(tables, name, {"seed": str(seed), "reid": reid, **socket.query_params})
         except InputError as problem:
             await socket.close(1008, str(problem)[:120])
             return
@@ -190,8 +194,14 @@ def add_files(app: FastAPI) -> None:
         return Response((models / f"{name}.glb").read_bytes(), media_type="model/gltf-binary")
 
 
-def _table(tables: dict[str, Table], name: str, seed: int, reid: str) -> Table:
-    """The game of that name; "new" makes one, and so does a name of before the server restarted."""
+def _table(tables: dict[str, Table], name: str, asked: Mapping[str, str]) -> Table:
+    """The game of that name; "new" makes one, and so does a name of before the server restarted.
+
+    Args:
+        tables: the games by name.
+        name: of a game.
+        asked: how a new one begins, as the page's link says it.
+    """
     now = asyncio.get_running_loop().time()
     name = secrets.token_urlsafe(6) if name == "new" else name[:LONGEST_NAME]
     if name in tables:
@@ -202,7 +212,9 @@ def _table(tables: dict[str, Table], name: str, seed: int, reid: str) -> Table:
             del tables[other]
     if len(tables) >= MOST_GAMES:
         raise OptionError("games", f"must be at most {MOST_GAMES} at once; try again later", len(tables) + 1)
-    tables[name] = table = Table(name, Game(seed, reid), began=now, empty_since=now)
+    seed = asked.get("seed", "0")
+    game = _new_game({**asked, "seed": int(seed) if seed.isdecimal() and len(seed) <= SEED_DIGITS else seed})
+    tables[name] = table = Table(name, game, began=now, empty_since=now)
     return table
 
 
@@ -264,7 +276,7 @@ def _obey(table: Table, text: str, queue: asyncio.Queue[str]) -> None:
             for socket, its in table.viewers.items():
                 _greet(table, socket, its)
         else:
-            table.game.pointer = Pointer.told(message)
+            table.game.obey(message)
     except (InputError, ValueError, RecursionError) as problem:
         _put(queue, _encoded({"kind": "refused", "reason": str(problem)}), BEHIND)
 
@@ -274,11 +286,11 @@ def _demonstration(name: str) -> Json:
     return recorded_script(known_name("recording", name, demonstrations()))
 
 
-def _new_game(message: dict[str, Any]) -> Game:
+def _new_game(message: Mapping[str, Any]) -> Game:
     seed = message.get("seed", 0)
     if not isinstance(seed, int) or isinstance(seed, bool) or not 0 <= seed < 2**31:
         raise OptionError("seed", f"must be a whole number from 0 to {2**31 - 1}", seed)
-    defaults = {"reid": "spatial", "jitter": "easy", "gaze": "all", "beside": ""}
+    defaults = {"reid": "spatial", "jitter": "easy", "gaze": "all", "beside": "", "mode": FREE}
     names = [str(message.get(name) or default) for name, default in defaults.items()]
     known_name("jitter", names[1], JITTERS)
     return Game(seed, *names)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from farm_ar.agents.certificates import NO_BOUND, lower_bound
 from farm_ar.agents.distance import distances
 from farm_ar.envs import FarmToTableEnv
 from farm_ar.envs.worlds import World
-from farm_ar.errors import OptionError, known_name
+from farm_ar.errors import known_name
 from farm_ar.game_logic.belief import SAME
 from farm_ar.game_logic.farm_game import HAND_WAITS_AT_Z, FarmGame
 from farm_ar.game_logic.headset import field_of_view, look_at
@@ -21,10 +22,9 @@ from farm_ar.game_logic.physics.gripper import MAX_HAND_SPEED, MAX_TWIST
 from farm_ar.geometry import wrap
 from farm_ar.reid import REIDENTIFIERS, reid_factory
 from farm_ar.scenes import Layout
+from farm_ar.web.pointer import STEPS_PER_SECOND, Pointer
+from farm_ar.web.rounds import FREE, MODES, new_round
 from farm_ar.web.telling import Json, told_answers, told_moment, told_scene
-
-STEPS_PER_SECOND = 30
-"""Of a game's clock."""
 
 CM = 100.0
 
@@ -40,47 +40,11 @@ GAZES = {
 }
 """Where the headset is, where on the table it looks, and how high it is, metres on the farm."""
 
+RESTS = 0.72
+"""Where a hand rests in view: so much of the way from under the headset to where that looks."""
+
 MOST_STEPS = 2 * 3600 * STEPS_PER_SECOND
 """Steps of a game whose hand did something; then a new one has to be begun."""
-
-
-@dataclass
-class Pointer:
-    """What the player's pointer does.
-
-    Args:
-        x: over the table, metres; None while it is away.
-        z: likewise.
-        grip: whether it is pressed.
-        turn: how far it has turned since the visit began, clockwise, radians.
-    """
-
-    x: float | None = None
-    z: float | None = None
-    grip: bool = False
-    turn: float = 0.0
-
-    @classmethod
-    def told(cls, message: Mapping[str, Any]) -> Pointer:
-        """The pointer that a page tells of.
-
-        Raises:
-            OptionError: a value is not what it should be.
-        """
-        values: dict[str, float | None] = {}
-        for name in ("x", "z", "turn"):
-            value = message.get(name)
-            if value is None:
-                values[name] = None
-                continue
-            number = isinstance(value, int | float) and not isinstance(value, bool)
-            if not (number and abs(value) <= 1e6):  # neither NaN nor infinity is
-                raise OptionError(name, "must be a number from -1e6 to 1e6", value)
-            values[name] = float(value)
-        grip = message.get("grip", False)
-        if not isinstance(grip, bool):
-            raise OptionError("grip", "must be true or false", grip)
-        return cls(values["x"], values["z"], grip, values["turn"] or 0.0)
 
 
 class Game:
@@ -95,6 +59,7 @@ class Game:
         jitter: how the starting layout is drawn.
         gaze: where the headset looks, one of `GAZES`.
         beside: a second method that is asked too, "" for none.
+        mode: what is played, one of `MODES`.
 
     Attributes:
         effort_cm: what the visits before this one moved: the straight ways of all buildings, and for a turn
@@ -106,9 +71,16 @@ class Game:
     """
 
     def __init__(
-        self, seed: int = 0, reid: str = "spatial", jitter: str = "easy", gaze: str = "all", beside: str = ""
+        self,
+        seed: int = 0,
+        reid: str = "spatial",
+        jitter: str = "easy",
+        gaze: str = "all",
+        beside: str = "",
+        mode: str = FREE,
     ) -> None:
         known_name("reid", reid, METHODS)
+        known_name("mode", mode, MODES)
         self.beside = known_name("beside", beside, METHODS) if beside else None
         eye, target, height = GAZES[known_name("gaze", gaze, GAZES)]
         self.seed, self.reid, self.jitter, self.gaze = seed, reid, jitter, gaze
@@ -125,13 +97,23 @@ class Game:
             reid=reid,
             jitter=jitter,
         )
-        camera = look_at(np.array(eye), np.array(target), field_of_view("photo"), height)
-        self._env.reset(seed=seed, options={"camera": camera})
+        self._camera = look_at(np.array(eye), np.array(target), field_of_view("photo"), height)
+        self.rest = np.array(eye) + RESTS * (np.array(target) - eye)
+        self.restart()
+        self.round = new_round(mode, self)
+
+    def restart(self) -> None:
+        """Have everything stand as at the beginning, in a new episode."""
+        self._env.reset(seed=self.seed, options={"camera": self._camera})
         self.pointer = Pointer()
-        self._stood = self.world.truth
-        self._news: Json | None = None
-        self.steps, self.effort_cm, self._visit_cm = 0, 0.0, 0.0
+        self._news: deque[Json] = deque()
+        self.steps = 0
+        self.forget_effort()
         self.par_cm = self._least_cm()
+
+    def forget_effort(self) -> None:
+        """Count what is moved from now on only."""
+        self._stood, self.effort_cm, self._visit_cm = self.world.truth, 0.0, 0.0
 
     @property
     def world(self) -> FarmGame:
@@ -140,11 +122,11 @@ class Game:
         assert isinstance(world, FarmGame)
         return world
 
-    def _way_cm(self) -> float:
-        """What this visit has moved so far."""
+    def way_cm(self, stood: Layout) -> float:
+        """How far everything is from where it stood, ways and turns."""
         position, yaw = self.world.tabletop.poses()
         diagonal = self.world.scene.diagonal
-        return float(distances(self._stood, diagonal, position, yaw).sum() * diagonal * CM)
+        return float(distances(stood, diagonal, position, yaw).sum() * diagonal * CM)
 
     @property
     def over(self) -> bool:
@@ -152,14 +134,29 @@ class Game:
         return self.steps >= MOST_STEPS
 
     def step(self) -> None:
-        """Let a step pass; the hand goes to where the pointer is, or out of view."""
-        if self.over:
-            return
-        world, pointer = self.world, self.pointer
+        """Let a step pass, or several while an adversary rearranges the table."""
+        for _ in range(self.round.pace):
+            if not self.over:
+                self._step(self.round.steer(self.pointer))
+
+    def obey(self, message: Mapping[str, Any]) -> None:
+        """Do what the player's page says.
+
+        Raises:
+            OptionError: it cannot be done, or not now.
+        """
+        if "do" in message:
+            self.round.obey(message)
+        else:
+            self.pointer = Pointer.told(message)
+
+    def _step(self, pointer: Pointer) -> None:
+        """The hand goes to where the pointer is, or out of view."""
+        world = self.world
         hand = world.tabletop.hand
         assert hand is not None
         width, _ = world.scene.size
-        away = pointer.x is None or pointer.z is None
+        away = pointer.away
         goal = np.array([width / 2, HAND_WAITS_AT_Z] if away else [pointer.x, pointer.z], dtype=np.float64)
         velocity = (goal - hand.position) * STEPS_PER_SECOND
         fast = max(1.0, float(np.hypot(*velocity)) / MAX_HAND_SPEED)
@@ -175,7 +172,7 @@ class Game:
         looked, knew = len(world.sightings), world.believed
         self._env.step(action)
         self.steps += 1
-        self._visit_cm = self._way_cm()
+        self._visit_cm = self.way_cm(self._stood)
         if len(world.sightings) > looked:
             self._looked(knew)
 
@@ -190,6 +187,7 @@ class Game:
             "gaze": self.gaze,
             "gazes": list(GAZES),
             "methods": list(METHODS),
+            "round": self.round.told(),
             **told_scene(self.world.scene),
         }
 
@@ -204,31 +202,38 @@ class Game:
             "par_cm": self.par_cm,
             "snapshots": len(self.world.sightings),
             "over": self.over,
+            **self.round.moment(),
         }
 
     def news(self) -> Json | None:
-        """The last snapshot's answers, as JSON values, once each; None where there is no new one.
+        """What happened, as JSON values, once each; None where there is nothing new.
 
-        With them goes what a second method would have said, and how far the visit has moved things.
+        A snapshot's answers; with them goes what a second method would have said, and how far the visit has
+        moved things. Or how a round stands.
         """
-        news, self._news = self._news, None
-        return news
+        return self._news.popleft() if self._news else None
+
+    def tell_round(self) -> None:
+        """Have the pages get to know how the round stands."""
+        self._news.append(self.round.told())
 
     def _looked(self, knew: Layout) -> None:
         """The headset has looked, when it believed everything to be as in a layout."""
         world, names = self.world, self.world.truth.labels
         sighting, number = world.sightings[-1], len(world.sightings)
-        self._news = told_answers(sighting, names, number)
-        self._news["wrong_labels"] = world.tracker.belief.wrong_labels
-        self._news["visit_cm"] = round(self._visit_cm, 2)
+        news = told_answers(sighting, names, number)
+        news["wrong_labels"] = world.tracker.belief.wrong_labels
+        news["visit_cm"] = round(self._visit_cm, 2)
         if self.beside is not None:
             reid = reid_factory(self.beside)(world.scene.knowing(knew))
             other = replace(sighting, identification=reid.identify(sighting.snapshot))
             detections = told_answers(other, names, number)["detections"]
-            self._news["beside"] = {"reid": self.beside, "detections": detections}
+            news["beside"] = {"reid": self.beside, "detections": detections}
         self.effort_cm += self._visit_cm
         self._stood, self._visit_cm = world.truth, 0.0
         self.par_cm = self._least_cm()
+        self._news.append(news)
+        self.round.looked(news)
 
     def trace(self) -> Json:
         """The game so far as JSON values, for `farm-ar replay`."""

@@ -10,7 +10,8 @@ from farm_ar.envs import first_difference
 from farm_ar.errors import OptionError
 from farm_ar.web import app as pages
 from farm_ar.web.app import MOST_GAMES, Table, make_web_app
-from farm_ar.web.game import STEPS_PER_SECOND, Game
+from farm_ar.web.game import Game
+from farm_ar.web.pointer import STEPS_PER_SECOND
 
 LOOPBACK, SOCKETS = "http://127.0.0.1", "ws://127.0.0.1"
 
@@ -103,14 +104,14 @@ def test_games_that_nobody_is_in_make_room_for_new_ones():
     async def names():
         tables: dict[str, Table] = {}
         for k in range(MOST_GAMES + 3):
-            pages._table(tables, f"game {k}", 0, "spatial")
-        first = pages._table(tables, "game 34", 0, "spatial")
-        assert pages._table(tables, "game 34", 0, "spatial") is first
+            pages._table(tables, f"game {k}", {})
+        first = pages._table(tables, "game 34", {})
+        assert pages._table(tables, "game 34", {}) is first
         assert len(tables) <= MOST_GAMES
         for table in tables.values():
             table.viewers[object()] = asyncio.Queue()
         with pytest.raises(OptionError, match="at once"):
-            pages._table(tables, "one more", 0, "spatial")
+            pages._table(tables, "one more", {})
 
     asyncio.run(names())
 

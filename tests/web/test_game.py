@@ -12,7 +12,8 @@ from farm_ar.errors import OptionError
 from farm_ar.game_logic.farm_game import Phase
 from farm_ar.reid import SpatialReid, reid_factory
 from farm_ar.showcases import ScriptRecorder, load_script
-from farm_ar.web.game import METHODS, STEPS_PER_SECOND, Game, Pointer
+from farm_ar.web.game import METHODS, Game
+from farm_ar.web.pointer import STEPS_PER_SECOND, Pointer
 from farm_ar.web.recordings import demonstrations, recorded_script
 
 

@@ -201,6 +201,52 @@ def test_a_link_shows_a_game_to_those_who_watch(open_page) -> None:
     assert not other.wrong
 
 
+def test_a_duel_is_played_on_the_page(open_page) -> None:
+    page = open_page("#seed=3&mode=duel&reid=distance")
+    assert (page.game.seed, page.game.reid, page.game.round.mode) == (3, "distance", "duel")
+    pane, news = page.page.locator("#above"), page.page.locator("#news")
+    page.page.click("#onward")
+    page.page.wait_for_selector("body.curtain")
+    assert not page.page.locator("#look").is_visible()
+    page.page.wait_for_selector("#guesses select", timeout=60_000)
+    choosers = page.page.locator("#guesses select")
+    assert choosers.count() == len(page.game.round.facts["in_view"])
+    assert "cm from the left" in choosers.first.get_attribute("aria-label")
+    third = page.game.round.facts["in_view"][2]
+    page.page.mouse.click(*page.on_page(*page.game.world.truth.position[third].tolist()))
+    page.until(lambda: choosers.nth(2).evaluate("(one) => one === document.activeElement"))
+    choosers.nth(2).select_option(page.game.world.truth.labels[third])
+    page.page.click("#onward")
+    page.until(lambda: news.inner_text().startswith("You have 1 of"))
+    assert page.page.locator("#answers li").first.inner_text().count("you:") == 1
+    page.page.click("#onward")
+    page.until(lambda: "your turn" in news.inner_text())
+    assert page.page.locator("#stands li").count() == len(page.game.world.truth)
+    pane.focus()
+    pane.press("ArrowUp")
+    page.until(lambda: page.game.world.phase.text == "hand")
+    pane.press("Enter")
+    page.until(lambda: "0 wrong labels for 0.0 cm" in news.inner_text())
+    page.page.click("#onward")
+    page.until(lambda: page.game.seed == 4 and page.game.round.stage == "study")
+    assert not page.wrong
+
+
+def test_tidying_up_says_what_is_left_and_keeps_the_best(open_page) -> None:
+    page = open_page()
+    page.page.select_option("#mode", "tidy")
+    page.until(lambda: page.game.round.stage == "tidy")
+    page.until(lambda: "left to tidy up" in page.page.locator("#effort").inner_text())
+    pane = page.page.locator("#above")
+    pane.focus()
+    pane.press("ArrowUp")
+    page.until(lambda: not page.game.pointer.away)
+    pane.press("Enter")
+    page.until(lambda: page.page.locator("#record").inner_text() == "Your best: 0.0% tidied up.")
+    assert "mode=tidy" in page.page.url
+    assert not page.wrong
+
+
 def test_the_page_comes_back_when_the_server_does(browser) -> None:
     with serving() as (link, app):
         page = Page(browser, link, app)

@@ -2,17 +2,20 @@
 /** @import {Message} from "./messages.js" */
 
 const AGAIN_MS = 1000;
+const REFUSED = 1008;
 
 /** A WebSocket to one game that comes back when it is lost. */
 export class Connection {
   /**
    * @param {string} game name of the game, "new" for a new one
    * @param {string} token of the server, "" for none
+   * @param {URLSearchParams} begin how a new game begins
    * @param {(message: Message) => void} heard
    * @param {(there: boolean) => void} changed called when the connection is there, and when it is lost
    */
-  constructor(game, token, heard, changed) {
+  constructor(game, token, begin, heard, changed) {
     this.game = game;
+    this.begin = begin;
     this.token = token;
     this.heard = heard;
     this.changed = changed;
@@ -23,7 +26,9 @@ export class Connection {
     const url = new URL(`games/${encodeURIComponent(this.game)}`, location.href);
     url.protocol = url.protocol.replace("http", "ws");
     url.hash = "";
-    url.search = this.token ? `?token=${encodeURIComponent(this.token)}` : "";
+    const query = new URLSearchParams(this.begin);
+    if (this.token) query.set("token", this.token);
+    url.search = String(query);
     this.socket = new WebSocket(url);
     this.socket.onopen = () => this.changed(true);
     this.socket.onmessage = (event) => {
@@ -31,7 +36,9 @@ export class Connection {
       if (message.kind === "hello") this.game = message.game;
       this.heard(message);
     };
-    this.socket.onclose = () => {
+    this.socket.onclose = ({ code, reason }) => {
+      if (code === REFUSED) this.begin = new URLSearchParams();
+      if (reason) this.heard({ kind: "refused", reason });
       this.changed(false);
       setTimeout(() => this.open(), AGAIN_MS);
     };

@@ -1,9 +1,10 @@
 // @ts-check
-/** @import {Hello, Message, Place, Recording, Snapshot, State} from "./messages.js" */
+/** @import {Hello, Message, Place, Recording, Round, Snapshot, State} from "./messages.js" */
 import { Connection } from "./connection.js";
 import { Controls } from "./controls.js";
 import { Panel, part } from "./panel.js";
 import { Player, between } from "./recording.js";
+import { Rounds } from "./rounds.js";
 import { Table } from "./table.js";
 import { Views } from "./views.js";
 
@@ -28,7 +29,8 @@ const views = new Views(part("canvas"), part("above"), part("headset"));
 const player = new Player(answer);
 const connection = alone
   ? null
-  : new Connection(given.get("game") ?? "new", token, hear, (there) => panel.connected(there));
+  : new Connection(given.get("game") ?? "new", token, startOf(given), hear, (there) => panel.connected(there));
+const rounds = new Rounds((message) => connection?.tell(message), () => begin(1));
 const controls = new Controls(part("above"), views, (pointer) => live && connection?.tell(pointer));
 
 /** @param {Message} message */
@@ -36,6 +38,7 @@ function hear(message) {
   if (message.kind === "refused") panel.say(message.reason);
   else if (message.kind === "hello") greet(message);
   else if (!live) return;
+  else if (message.kind === "round") play(message);
   else if (message.kind === "snapshot") answer(message);
   else {
     before = state;
@@ -49,12 +52,32 @@ function hear(message) {
 function greet(hello) {
   panel.meet(hello);
   meet(hello, true);
-  const link = new URLSearchParams({ game: hello.game });
-  if (token) link.set("token", token);
-  history.replaceState(null, "", `#${link}`);
+  const { seed, reid, gaze, round, beside } = hello;
+  const start = new URLSearchParams({ seed: String(seed), reid, gaze, mode: round?.mode ?? "free", ...(beside && { beside }) });
+  const link = new URLSearchParams({ game: hello.game, ...(token && { token }) });
+  history.replaceState(null, "", `#${link}&${start}`);
+  if (token) start.set("token", token);
+  /** @type {HTMLAnchorElement} */ (part("start")).href = `#${start}`;
+  if (round) play(round);
   const game = encodeURIComponent(hello.game);
   /** @type {HTMLAnchorElement} */ (part("trace")).href = `games/${game}/trace${query}`;
   controls.leave();
+}
+
+/** How a new game begins, of what a link says. @param {URLSearchParams} link */
+function startOf(link) {
+  const kept = ["seed", "reid", "gaze", "mode", "beside"].filter((name) => link.has(name));
+  return new URLSearchParams(kept.map((name) => [name, String(link.get(name))]));
+}
+
+/** A round has come to another stage. @param {Round} round */
+function play(round) {
+  if (!place) return;
+  const said = rounds.show(round, place, state);
+  if (["answered", "scored"].includes(round.stage) !== truth && round.mode !== "free") toggleTruth();
+  if (round.stage === "turn") part("answers").replaceChildren();
+  else if (round.stage === "answered" && snapshot) panel.answer(place, snapshot, truth, rounds.guess);
+  if (said) panel.say(said);
 }
 
 /** Show another table. @param {Place} other @param {boolean} played whether somebody plays there */
@@ -75,6 +98,7 @@ function answer(given) {
   snapshot = given;
   if (!place) return;
   const fooled = panel.answer(place, snapshot, truth);
+  if (rounds.round.mode !== "free" && live) return;
   const record = Number(localStorage.getItem("record") ?? Infinity);
   const price = snapshot.visit_cm;
   if (live && fooled && price && price < record) localStorage.setItem("record", String(price));
@@ -100,7 +124,8 @@ function moment() {
 function frame() {
   const now = moment();
   if (table && now) {
-    table.show(now, { truth });
+    const { numbered, round } = rounds;
+    table.show(now, { truth, numbered: live ? numbered : null, home: live ? (round.home ?? null) : null });
     views.draw(table, now);
     document.body.dataset.step = String(now.step ?? player.time);
     document.body.dataset.phase = now.phase;
@@ -111,14 +136,15 @@ function frame() {
 function toggleTruth() {
   truth = !truth;
   part("truth").setAttribute("aria-pressed", String(truth));
-  if (place && snapshot) panel.answer(place, snapshot, truth);
+  if (place && snapshot) panel.answer(place, snapshot, truth, rounds.guess);
 }
 
-function begin() {
+/** Begin a new game. @param {number} further added to the seed */
+function begin(further = 0) {
   /** @param {string} id */
   const value = (id) => /** @type {HTMLInputElement | HTMLSelectElement} */ (part(id)).value;
-  const seed = Number(value("seed")) || 0;
-  connection?.tell({ do: "new", seed, reid: value("method"), gaze: value("gaze"), beside: value("beside") });
+  const seed = (Number(value("seed")) || 0) + further;
+  connection?.tell({ do: "new", seed, mode: value("mode"), reid: value("method"), gaze: value("gaze"), beside: value("beside") });
 }
 
 /** Play a recording, or with none of that name go back to the game. @param {string} name */
@@ -153,8 +179,10 @@ async function offerRecordings() {
 
 part("truth").addEventListener("click", toggleTruth);
 part("look").addEventListener("click", () => controls.leave());
-part("begin").addEventListener("click", begin);
-for (const id of ["method", "gaze", "beside"]) part(id).addEventListener("change", begin);
+part("begin").addEventListener("click", () => begin());
+for (const id of ["mode", "method", "gaze", "beside"]) part(id).addEventListener("change", () => begin());
+part("above").addEventListener("click", (event) => state && rounds.pick(views.pointAt(event.clientX, event.clientY), state));
+part("start").addEventListener("click", () => setTimeout(() => location.reload()));
 part("watch").addEventListener("change", (event) => {
   watch(/** @type {HTMLSelectElement} */ (event.target).value).catch((problem) => panel.say(String(problem)));
 });

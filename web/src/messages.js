@@ -5,7 +5,7 @@
  *
  * @typedef {{label: string, category: string, size: [number, number, number], fixed: boolean}} Thing
  * @typedef {{kind: "hello", seed: number, reid: string, jitter: string, beside: string | null, gaze: string,
- *   gazes: string[], methods: string[], width: number,
+ *   gazes: string[], methods: string[], round: Round, width: number,
  *   depth: number, objects: Thing[], game: string, role: "player" | "viewer" | "watcher"}} Hello
  * @typedef {{x: number, z: number, height: number, yaw: number, pitch: number, left: number, right: number,
  *   range: number}} Headset
@@ -13,14 +13,18 @@
  *   believed: [number, number, number][], wrong: number[], counts: number[], misplaced: number[],
  *   hand: [number, number, number, number | null] | null, animals: [number, number, number, number][],
  *   camera: Headset, caption: string, effort_cm: number, visit_cm: number, par_cm: number | null,
- *   snapshots: number, over: boolean}} State
+ *   snapshots: number, over: boolean, left_cm?: number}} State
  * @typedef {{object: number, label: string | null, confidence: number | null, right: boolean}} Detection
  * @typedef {{kind: "snapshot", number: number, accuracy: number, detections: Detection[],
  *   wrong_labels?: number, visit_cm?: number, beside?: {reid: string, detections: Detection[]}}} Snapshot
+ * @typedef {{kind: "round", mode: "free" | "guess" | "duel" | "tidy", stage: string, by?: "farm-slot" | "analytic",
+ *   in_view?: number[], guess?: Record<string, string>, yours?: number, its?: number, of?: number,
+ *   adversary?: {wrong: number, cm: number}, player?: {wrong: number, cm: number},
+ *   home?: [number, number, number][], start_cm?: number, left_cm?: number, seconds?: number, right?: number}} Round
  * @typedef {{kind: "refused", reason: string}} Refused
  * @typedef {{kind: "recording", title: string, rate: number, width: number, depth: number, objects: Thing[],
  *   frames: (State & {snapshot?: Snapshot})[]}} Recording
  * @typedef {{width: number, depth: number, objects: Thing[]}} Place
- * @typedef {Hello | State | Snapshot | Refused} Message
+ * @typedef {Hello | State | Snapshot | Round | Refused} Message
  */
 export {};

@@ -1,6 +1,7 @@
 // @ts-check
 /** @import {Detection, Hello, Place, Snapshot, State} from "./messages.js" */
 import { colourOf, inkOn } from "./palette.js";
+import { MODES } from "./rounds.js";
 
 /** @template {HTMLElement} T @param {string} id @returns {T} */
 export const part = (id) => /** @type {T} */ (document.getElementById(id));
@@ -13,24 +14,33 @@ function choose(id, names, chosen) {
 /**
  * An answer in writing: the label, how sure, and with `truth` whether it is wrong.
  *
- * @param {Detection} one @param {Place} place @param {boolean} truth
+ * @param {Detection} one @param {Place} place @param {boolean} truth @param {boolean} [brief] without what it really is
  */
-function told(one, place, truth) {
+function told(one, place, truth, brief) {
   const name = document.createElement("span");
   name.className = "name";
   name.textContent = one.label ?? "none";
   const colour = one.label ? colourOf(one.label) : "#dddddd";
   name.style.background = colour;
   name.style.color = inkOn(colour);
-  const sure = document.createElement("span");
-  sure.textContent = one.confidence === null ? "" : `${Math.round(one.confidence * 100)}% sure`;
-  const parts = [name, sure];
+  const parts = [name];
+  if (one.confidence !== null) {
+    const sure = document.createElement("span");
+    sure.textContent = `${Math.round(one.confidence * 100)}% sure`;
+    parts.push(sure);
+  }
   if (truth && !one.right) {
     const really = document.createElement("strong");
-    really.textContent = `✗ is ${place.objects[one.object]?.label ?? "nothing"}`;
+    really.textContent = brief ? "✗" : `✗ is ${place.objects[one.object]?.label ?? "nothing"}`;
     parts.push(really);
   }
   return parts;
+}
+
+/** What the player said of a detection. @param {Detection} one @param {Place} place @param {Record<string, string>} guess */
+function guessed(one, place, guess) {
+  const label = guess[one.object] ?? null;
+  return { ...one, label, confidence: null, right: label === place.objects[one.object]?.label };
 }
 
 /** What is written beside the table: how the game stands, what the headset answered, what happens. */
@@ -43,6 +53,8 @@ export class Panel {
   meet(hello) {
     choose("method", hello.methods, hello.reid);
     choose("gaze", hello.gazes, hello.gaze);
+    part("mode").replaceChildren(...Object.entries(MODES).map(([mode, name]) => new Option(name, mode)));
+    /** @type {HTMLSelectElement} */ (part("mode")).value = hello.round?.mode ?? "free";
     choose("beside", ["", ...hello.methods], hello.beside ?? "");
     const said = { player: "", viewer: "You watch: somebody else plays this game.", watcher: "An environment, as it is played." };
     part("role").textContent = said[hello.role];
@@ -63,24 +75,31 @@ export class Panel {
 
   /** @param {State} state */
   price(state) {
+    if (state.left_cm !== undefined) return `${state.left_cm.toFixed(1)} cm are left to tidy up.`;
     const moved = `${state.visit_cm.toFixed(1)} cm moved in this visit, ${state.effort_cm.toFixed(1)} cm in all`;
     return state.par_cm === null
       ? moved
       : `${moved}. Nobody can fool it with less than ${state.par_cm.toFixed(1)} cm in one visit.`;
   }
 
-  /** @param {Place} place @param {Snapshot} snapshot @param {boolean} truth whether wrong answers are marked */
-  answer(place, snapshot, truth) {
+  /**
+   * @param {Place} place
+   * @param {Snapshot} snapshot
+   * @param {boolean} truth whether wrong answers are marked
+   * @param {Record<string, string>} [guess] labels that the player gave
+   */
+  answer(place, snapshot, truth, guess) {
     const movable = snapshot.detections.filter((one) => !place.objects[one.object]?.fixed);
-    const beside = new Map(snapshot.beside?.detections.map((one) => [one.object, one]));
+    const others = snapshot.beside?.detections ?? (guess ? movable.map((one) => guessed(one, place, guess)) : []);
+    const beside = new Map(others.map((one) => [one.object, one]));
     const rows = movable.map((one) => {
       const row = document.createElement("li");
       row.append(...told(one, place, truth));
       const other = beside.get(one.object);
       if (other) {
         const before = document.createElement("span");
-        before.textContent = `${snapshot.beside?.reid}:`;
-        row.append(before, ...told(other, place, truth));
+        before.textContent = `${snapshot.beside?.reid ?? "you"}:`;
+        row.append(before, ...told(other, place, truth, true));
       }
       return row;
     });

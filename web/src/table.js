@@ -43,38 +43,39 @@ function fitted(model, [width, height, depth]) {
 }
 
 /**
- * A plate with a label's name. Its shape tells coops from hutches where colours do not.
+ * A plate with a label's name, or a number. Its shape tells coops from hutches where colours do not.
  *
  * @param {string} label @param {boolean} square
  */
 function plate(label, square) {
   const canvas = document.createElement("canvas");
-  canvas.width = 256;
+  const wide = label.length > 2 ? 256 : 112;
+  canvas.width = wide;
   canvas.height = 96;
   const map = new THREE.CanvasTexture(canvas);
   map.colorSpace = THREE.SRGBColorSpace;
   const material = new THREE.SpriteMaterial({ map, depthTest: false });
   const sprite = new THREE.Sprite(material);
-  sprite.scale.set(0.14, 0.0525, 1);
+  sprite.scale.set((0.14 * wide) / 256, 0.0525, 1);
   sprite.center.set(0.5, 0);
   sprite.renderOrder = 2;
   /** @param {boolean} wrong */
   const draw = (wrong) => {
     const pen = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
     const colour = colourOf(label);
-    pen.clearRect(0, 0, 256, 96);
+    pen.clearRect(0, 0, wide, 96);
     pen.beginPath();
-    pen.roundRect(8, 8, 240, 80, square ? 6 : 40);
+    pen.roundRect(8, 8, wide - 16, 80, square ? 6 : 40);
     pen.fillStyle = colour;
     pen.fill();
     pen.lineWidth = wrong ? 12 : 4;
     pen.strokeStyle = wrong ? "#b00020" : "#222";
     pen.stroke();
     pen.fillStyle = inkOn(colour);
-    pen.font = "bold 44px system-ui, sans-serif";
+    pen.font = `bold ${wide < 256 ? 60 : 44}px system-ui, sans-serif`;
     pen.textAlign = "center";
     pen.textBaseline = "middle";
-    pen.fillText(wrong ? `✗ ${label.split("-")[0]}` : label.split("-")[0], 128, 50, 220);
+    pen.fillText(wrong ? `✗ ${label.split("-")[0]}` : label.split("-")[0], wide / 2, 50, wide - 36);
     map.needsUpdate = true;
   };
   draw(false);
@@ -101,6 +102,8 @@ export class Table {
     /** @type {{chicken?: THREE.Group, bunny?: THREE.Group, open?: THREE.Group, closed?: THREE.Group}} */
     this.models = {};
     /** @type {Map<string, THREE.Object3D>} */ this.dressedModels = new Map();
+    /** @type {ReturnType<typeof plate>[]} */ this.numbers = [];
+    /** @type {THREE.Object3D[] | null} */ this.homes = null;
     this.addRoom();
     this.view = this.addView();
   }
@@ -177,7 +180,8 @@ export class Table {
    * Show a moment.
    *
    * @param {State} state
-   * @param {{truth: boolean}} shown whether wrong labels are marked
+   * @param {{truth: boolean, numbered: number[] | null, home: [number, number, number][] | null}} shown whether wrong
+   *   labels are marked; buildings with numbers in place of labels; where buildings belong
    */
   show(state, shown) {
     if (!this.hands) return;
@@ -191,10 +195,44 @@ export class Table {
       const [bx, bz] = state.believed[i];
       this.plates[i].sprite.position.copy(at(bx, thing.size[1] + 0.02, bz));
       this.plates[i].mark(wrong.has(i));
+      this.plates[i].sprite.visible = !thing.fixed && shown.numbered === null;
     });
+    this.showNumbers(state, shown.numbered ?? []);
+    if (shown.home && !this.homes) this.homes = this.addHomes(shown.home);
     this.showAnimals(state.animals);
     this.showHand(state);
     this.showView(state.camera);
+  }
+
+  /** @param {State} state @param {number[]} numbered buildings in the order of their numbers */
+  showNumbers(state, numbered) {
+    while (this.numbers.length < numbered.length) {
+      const one = plate(String(this.numbers.length + 1), true);
+      this.numbers.push(one);
+      this.scene.add(one.sprite);
+    }
+    this.numbers.forEach(({ sprite }, k) => {
+      sprite.visible = k < numbered.length;
+      if (!sprite.visible) return;
+      const [x, z] = state.objects[numbered[k]];
+      sprite.position.copy(at(x, this.hello.objects[numbered[k]].size[1] + 0.02, z));
+    });
+  }
+
+  /** Coloured places on the table where buildings belong. @param {[number, number, number][]} home */
+  addHomes(home) {
+    return this.hello.objects.flatMap((thing, i) => {
+      if (thing.fixed) return [];
+      const [x, z, yaw] = home[i];
+      const place = new THREE.Mesh(
+        new THREE.BoxGeometry(thing.size[0], 0.002, thing.size[2]),
+        new THREE.MeshBasicMaterial({ color: colourOf(thing.label) }),
+      );
+      place.position.copy(at(x, 0.001, z));
+      place.rotation.y = turned(yaw);
+      this.scene.add(place);
+      return [place];
+    });
   }
 
   /** @param {State["animals"]} animals */

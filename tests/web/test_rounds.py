@@ -1,0 +1,180 @@
+"""Modes of the page: guessing before the headset, the same table the other way round, tidying up."""
+
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from farm_ar.envs import FarmToTableEnv, first_difference
+from farm_ar.errors import OptionError
+from farm_ar.web.adversary import PLANNED, TRAINED, adversary_plan
+from farm_ar.web.game import Game
+from farm_ar.web.pointer import STEPS_PER_SECOND, Pointer
+
+
+def until(game: Game, stage: str, seconds: float = 60.0) -> None:
+    end = time.monotonic() + seconds
+    while game.round.stage != stage:
+        assert time.monotonic() < end, game.round.stage
+        game.step()
+        time.sleep(1e-3)
+
+
+def wait(game: Game, seconds: float) -> None:
+    for _ in range(round(seconds * STEPS_PER_SECOND)):
+        game.step()
+
+
+def carry(game: Game, label: str, x: float, z: float, turn: float = 0.0) -> None:
+    start = game.world.truth.position[game.world.truth.index(label)]
+    for pointer, seconds in (
+        (Pointer(*start), 1.5),
+        (Pointer(*start, grip=True), 0.1),
+        (Pointer(x, z, grip=True, turn=turn), 1.5),
+        (Pointer(x, z, turn=turn), 0.1),
+    ):
+        game.pointer = pointer
+        wait(game, seconds)
+
+
+def news(game: Game) -> list[dict]:
+    return list(iter(game.news, None))
+
+
+@pytest.fixture(scope="module")
+def rearranged() -> Game:
+    game = Game(seed=3, mode="duel")
+    wait(game, 0.5)
+    game.obey({"do": "rearrange"})
+    until(game, "guess")
+    return game
+
+
+def test_the_adversary_does_what_it_has_planned_and_the_headset_waits_for_the_guess(rearranged) -> None:
+    before = Game(seed=3).world
+    plan = adversary_plan(before.truth, before.camera, "spatial", 3)
+    truth = rearranged.world.truth
+    last = {one.thing: one for one in plan.carries}
+    for i in range(len(truth)):
+        x, z, yaw = (
+            last[i][1:] if i in last else (*before.truth.position[i].tolist(), float(before.truth.yaw[i]))
+        )
+        np.testing.assert_allclose(truth.position[i], [x, z], atol=3e-3)
+        assert abs(np.sin((truth.yaw[i] - yaw) / 2)) < 6e-3
+    assert len(last) >= 2
+    wait(rearranged, 3.0)
+    assert rearranged.round.stage == "guess"
+    assert rearranged.world.sightings == []
+    assert rearranged.round.told()["by"] == plan.by
+
+
+@pytest.mark.parametrize(
+    "labels",
+    [None, [], {"99": "red-coop"}, {"1": "no-coop"}, {"1": 3}, {"1": ["red-coop"]}, {"10": "shed"}],
+)
+def test_a_guess_that_is_none_is_refused(rearranged, labels) -> None:
+    with pytest.raises(OptionError, match="labels"):
+        rearranged.obey({"do": "guess", "labels": labels})
+    assert rearranged.round.stage == "guess"
+
+
+@pytest.mark.parametrize("asked", ["turn", "rearrange", "dance", 3, None])
+def test_what_is_not_its_turn_is_refused(rearranged, asked) -> None:
+    with pytest.raises(OptionError, match="stage guess"):
+        rearranged.obey({"do": asked})
+
+
+def test_guess_and_answers_are_scored_and_then_the_same_table_is_the_players() -> None:
+    game = Game(seed=3, mode="duel")
+    stood = game.world.truth
+    game.obey({"do": "rearrange"})
+    until(game, "guess")
+    names = stood.labels
+    seen = game.round.told()["in_view"]
+    wrong = {seen[0]: names[seen[1]]}
+    guess = {str(i): wrong.get(i, names[i]) for i in seen[:-1]}  # one wrong, one not named
+    game.obey({"do": "guess", "labels": guess})
+    until(game, "answered")
+    told = game.round.told()
+    assert told["of"] == len(seen)
+    assert told["yours"] == len(seen) - 2
+    sighting = game.world.sightings[-1]
+    answers = dict(zip(sighting.source.tolist(), sighting.identification.labels, strict=True))
+    assert told["its"] == sum(answers[i] == names[i] for i in seen)
+    assert told["adversary"]["wrong"] == game.world.tracker.belief.wrong_labels
+    assert told["adversary"]["cm"] == pytest.approx(game.way_cm(stood), abs=0.01)
+    assert first_difference(game.trace()) is None
+    game.obey({"do": "turn"})
+    np.testing.assert_array_equal(game.world.truth.position, stood.position)
+    assert game.world.sightings == []
+    carry(game, names[1], 0.6, 0.15)
+    game.pointer = Pointer()
+    until(game, "scored")
+    assert game.round.told()["player"] == {
+        "wrong": game.world.tracker.belief.wrong_labels,
+        "cm": pytest.approx(game.way_cm(stood), abs=0.01),
+    }
+    assert [one["stage"] for one in news(game) if one["kind"] == "round"] == ["turn", "scored"]
+
+
+def test_pages_are_told_every_stage_once_and_those_who_come_later_the_last() -> None:
+    game = Game(seed=5, mode="guess")
+    assert game.hello()["round"]["stage"] == "study"
+    game.obey({"do": "rearrange"})
+    until(game, "guess")
+    game.obey({"do": "guess", "labels": {}})
+    until(game, "answered")
+    stages = [one.get("stage", one["kind"]) for one in news(game)]
+    assert stages == ["moving", "guess", "leaving", "snapshot", "answered"]
+    assert game.hello()["round"] == game.round.told()
+    assert game.round.told()["yours"] == 0
+    with pytest.raises(OptionError, match="stage answered"):
+        game.obey({"do": "turn"})
+
+
+def test_without_the_packages_of_training_a_policy_that_plans_takes_its_place(monkeypatch) -> None:
+    world = Game(seed=1).world
+    assert adversary_plan(world.truth, world.camera, "spatial", 1).by == TRAINED
+    monkeypatch.setitem(sys.modules, "farm_ar.agents.policies.trained", None)
+    plan = adversary_plan(world.truth, world.camera, "spatial", 1)
+    assert plan.by == PLANNED
+    truth = world.truth
+    metres = sum(
+        np.hypot(one.x - truth.position[one.thing][0], one.z - truth.position[one.thing][1])
+        for one in plan.carries
+    )
+    assert 0 < metres <= FarmToTableEnv().config.budget_m + 1e-6
+
+
+def test_tidying_counts_how_far_things_are_from_where_they_were() -> None:
+    game = Game(seed=4, mode="tidy")
+    home = game.world.truth
+    until(game, "tidy")
+    truth = game.world.truth
+    turn = np.abs(np.sin((truth.yaw - home.yaw) / 2)) * np.hypot(1.2, 0.8)
+    each = 100 * (np.linalg.norm(truth.position - home.position, axis=1) + turn)
+    start = game.round.told()["start_cm"]
+    assert start == pytest.approx(each.sum(), abs=0.06)
+    assert game.state()["left_cm"] == start
+    wait(game, 3.0)
+    assert game.world.sightings == []  # it waits for the player
+    k = int(np.argmax(each))
+    carry(game, home.labels[k], *home.position[k].tolist(), turn=float(home.yaw[k] - truth.yaw[k]))
+    game.pointer = Pointer()
+    until(game, "tidied")
+    told = game.round.told()
+    assert told["left_cm"] < start - 0.8 * each[k]
+    assert told["cm"] == pytest.approx(each[k], abs=1.5)
+    seen = [one for one in news(game) if one["kind"] == "snapshot"][-1]["detections"]
+    buildings = [
+        one for one in seen if home.labels[one["object"]] != home.labels[int(np.flatnonzero(home.fixed)[0])]
+    ]
+    assert (told["right"], told["of"]) == (sum(one["right"] for one in buildings), len(buildings))
+    assert 5.0 < told["seconds"] < 10.0
+    assert first_difference(game.trace()) is None
+
+
+def test_a_mode_that_is_not_known_is_refused() -> None:
+    with pytest.raises(OptionError, match="mode"):
+        Game(mode="magic")
