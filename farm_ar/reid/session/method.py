@@ -21,7 +21,8 @@ from farm_ar.reid.answers import Identification
 from farm_ar.reid.base import Reidentifier
 from farm_ar.reid.checked import identify, usable
 from farm_ar.reid.registry import REIDENTIFIERS, ReidFactory, reid_factory
-from farm_ar.reid.session.documents import Recorded, canonical, recorded_from_dict, recorded_to_dict
+from farm_ar.reid.session.documents import Recorded, recorded_from_dict, recorded_to_dict
+from farm_ar.reid.session.known import as_in_a_file, canonical
 from farm_ar.reid.session.state import (
     Aligned,
     Committed,
@@ -39,7 +40,7 @@ from farm_ar.reid.session.state import (
     open_look,
 )
 from farm_ar.reid.session.tracks import Track, going_on, hints, with_tracks
-from farm_ar.scenes import Camera, Detections, Scene, Snapshot, scene_from_dict, scene_to_dict
+from farm_ar.scenes import Camera, Detections, Scene, Snapshot
 from farm_ar.scenes.documents import radians
 from farm_ar.scenes.files import degrees, read_json, write_text
 
@@ -66,7 +67,7 @@ class Session:
         self._name = reid if isinstance(reid, str) else None
         self._switch_rate = float(switch_rate)
         # As it comes back from a file, so that saving changes nothing.
-        self._begin = State(scene_from_dict(scene_to_dict(scene), default_name=scene.name))
+        self._begin = as_in_a_file(State(scene))
         self._events: tuple[Event, ...] = ()
         self._state = self._begin
 
@@ -235,6 +236,25 @@ class Session:
         self.__dict__.pop("_reid", None)
         return undone
 
+    def settle(self, decisions: int) -> None:
+        """Take the first decisions for final: they cannot be undone, and their snapshots are forgotten.
+
+        Args:
+            decisions: how many.
+
+        Raises:
+            SessionError: there are not so many.
+        """
+        ends = [i + 1 for i, event in enumerate(self._events) if not isinstance(event, Looked)]
+        if not 0 <= decisions <= len(ends):
+            raise SessionError("decisions", f"must be from 0 to {len(ends)}", decisions)
+        if not decisions:
+            return
+        final, rest = self._events[: ends[decisions - 1]], self._events[ends[decisions - 1] :]
+        self._begin = as_in_a_file(fold(self._begin, final))
+        self._events, self._state = rest, fold(self._begin, rest)
+        self.__dict__.pop("_reid", None)
+
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the session to a file, whole or not at all.
 
@@ -257,7 +277,7 @@ class Session:
 
     def to_dict(self) -> dict[str, Any]:
         """The contents of the session's file."""
-        return recorded_to_dict(Recorded(self._begin.scene, self._name, self._switch_rate, self._events))
+        return recorded_to_dict(Recorded(self._begin, self._name, self._switch_rate, self._events))
 
     @classmethod
     def from_dict(
@@ -277,8 +297,8 @@ class Session:
         if reid is None and recorded.reid not in REIDENTIFIERS:
             expected = f"must be one of {', '.join(sorted(REIDENTIFIERS))}, where no method is given"
             raise SessionError("reid", expected, recorded.reid, source)
-        session = cls(recorded.scene, reid or recorded.reid or "", recorded.switch_rate)
-        state = session._begin
+        session = cls(recorded.begin.scene, reid or recorded.reid or "", recorded.switch_rate)
+        session._begin = state = replace(recorded.begin, scene=session.scene)
         for i, event in enumerate(recorded.events):
             try:
                 state = after(state, event)

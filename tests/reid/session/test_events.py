@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from farm_ar.errors import SessionError
 from farm_ar.reid import Identification, Session
-from farm_ar.reid.session import Looked, State
+from farm_ar.reid.session import Looked
 from farm_ar.reid.session.state import fold
 from farm_ar.scenes import (
     Camera,
@@ -97,6 +97,15 @@ def same(one, other):
     return json.dumps(described(one), default=str) == json.dumps(described(other), default=str)
 
 
+def nearly(one, other):
+    """Whether values are the same but for the last digits of numbers, as headings in another frame are in files."""
+    if isinstance(one, dict):
+        return one.keys() == other.keys() and all(nearly(one[name], other[name]) for name in one)
+    if isinstance(one, list | tuple):
+        return len(one) == len(other) and all(map(nearly, one, other))
+    return one == other if not isinstance(one, float) else np.isclose(one, other, 1e-12, 1e-9, equal_nan=True)
+
+
 def step(session, kind, seed, tracked):
     """Let one thing happen; whether it did."""
     rng = np.random.default_rng(seed)
@@ -123,7 +132,7 @@ def step(session, kind, seed, tracked):
 
 STEPS = st.lists(
     st.tuples(
-        st.sampled_from(["look", "look", "align", "correct", "confirm", "confirm", "commit", "undo", "save"]),
+        st.sampled_from(["look", "look", "align", "correct", "confirm", "confirm", "commit", "undo", "save", "settle"]),
         st.integers(0, 10**6),
     ),
     max_size=25,
@@ -134,7 +143,7 @@ STEPS = st.lists(
 @given(steps=STEPS, seed=st.integers(0, 100))
 def test_any_order_of_steps_saves_and_loads_gives_the_steps_not_undone(steps, seed, tmp_path_factory):
     path = tmp_path_factory.getbasetemp() / f"session-{seed}.json"
-    session, done = Session(place(seed), ByName), []
+    session, done, final = Session(place(seed), ByName), [], 0
     for kind, number in steps:
         before = session.events
         if kind == "save":
@@ -147,13 +156,19 @@ def test_any_order_of_steps_saves_and_loads_gives_the_steps_not_undone(steps, se
                 session.undo()
                 done.pop(decisions[-1])
             except SessionError:
-                assert not decisions
+                assert len(decisions) == final
+        elif kind == "settle":
+            now = sum(name != "look" for name, _ in done) - final
+            session.settle(min(number % 3, now))
+            final += min(number % 3, now)
+            assert sum(not isinstance(event, Looked) for event in session.events) == now - min(number % 3, now)
         elif step(session, kind, number, tracked=False) and session.events is not before:
             done.append((kind, number))
     again = Session(place(seed), ByName)
     for kind, number in done:
         step(again, kind, number, tracked=False)
-    assert same(session.state, again.state)
+    assert nearly(described(session.state), described(again.state))
+    assert final or same(session.state, again.state)
 
 
 @settings(max_examples=max(15, settings().max_examples // 5))
@@ -174,8 +189,10 @@ def test_with_tracks_and_learning_the_state_is_the_fold_of_the_events_kept(steps
                 session.undo()
             except SessionError:
                 continue
+        elif kind == "settle":
+            session.settle(min(number % 2, sum(not isinstance(event, Looked) for event in session.events)))
         else:
             step(session, kind, number, tracked=True)
-        assert same(fold(State(session._begin.scene), session.events), session.state)
+        assert same(fold(session._begin, session.events), session.state)
     looks = [isinstance(event, Looked) for event in session.events]
     assert not any(one and two for one, two in pairwise(looks))

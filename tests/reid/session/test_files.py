@@ -120,6 +120,30 @@ def test_a_broken_file_is_one_error_that_names_the_field(good, tmp_path, path, v
 
 
 @pytest.mark.parametrize(
+    ("path", "value", "field"),
+    [
+        (("known",), [], "known"),
+        (("known", "seen"), {"a": [1, 2, 0, 0]}, "known.seen.a"),
+        (("known", "frame", "x"), 1e300, "known.frame.x"),
+        (("known", "learnt"), {"snapshots": 1}, "known.disorder"),
+        (("known", "look", "labels"), ["a"], "known.labels"),
+        (("known", "look", "labels"), ["a", "a", None], "known.labels[0]"),
+        (("known", "look", "tracks"), [], "known.look.tracks"),
+        (("known", "look", "snapshot", "detections", 1, "id"), "0", "known.snapshot.detections[1].id"),
+    ],
+)
+def test_a_broken_file_of_what_is_final_is_one_error_too(tmp_path, path, value, field):
+    session = _session()
+    session.settle(4)
+    session.save(tmp_path / "good.json")
+    good = json.loads((tmp_path / "good.json").read_text())
+    jsonschema.validate(good, SESSION.schema())
+    with pytest.raises(SessionError) as caught:
+        _load(tmp_path, _changed(good, path, value))
+    assert f"session.json: {field}: " in str(caught.value)
+
+
+@pytest.mark.parametrize(
     "text",
     [
         "",

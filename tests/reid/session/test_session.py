@@ -435,3 +435,67 @@ def test_a_rate_of_switches_is_a_probability(rate):
 def test_a_method_that_is_not_known_is_refused():
     with pytest.raises(OptionError, match="reid"):
         Session(scene(), reid="guess")
+
+
+AWAY = ((0.0, 0.0, 0.0), (0.25, -1.0, 0.7))
+"""An anchor: one pose in the snapshots' frame and in the map's."""
+
+
+def _untidy():
+    """A session in another frame that has lost o0, with tracks, of which the last look is not committed."""
+    session = Session(scene())
+    session.align(_there(0.0), AWAY, at_least=0.0)
+    for shift in (0.05, 0.1):
+        session.identify(_there(shift))
+        session.confirm(("o1", "o2", "o3"))
+        if shift < 0.1:
+            session.commit()
+    return session
+
+
+def _there(shift, tracks=("a", "b", "c")):
+    """All things but the first, in the frame of the session."""
+    here = RigidMotion(np.zeros(2), np.array(AWAY[1][:2]), np.array(AWAY[1][2]))
+    return moved(seen(PLACE[1:] + shift, YAW[1:], CHAIRS[1:], tracks), here.inverse())
+
+
+def test_what_is_final_is_known_and_not_undone(tmp_path):
+    """Frame, learning, lost things, tracks and what is not committed are those of a session that keeps all."""
+    settled = _untidy()
+    settled.settle(4)
+    assert settled.events == ()
+    settled.save(tmp_path / "settled.json")
+    for session in (settled, Session.load(tmp_path / "settled.json")):
+        kept = _untidy()
+        with pytest.raises(SessionError, match="must have a decision to undo"):
+            session.undo()
+        assert session.lost == kept.lost == ("o0",)
+        assert session.state.viewed == kept.state.viewed == {"o0", "o1", "o2", "o3"}
+        assert session.state.learnt.to_json() == kept.state.learnt.to_json()
+        assert session.state.frame.x == pytest.approx(kept.state.frame.x, abs=1e-12)
+        for step in range(2):
+            answer, expected = (one.identify(_there(0.3 * step)) for one in (session, kept))
+            assert answer.labels == expected.labels == ("o1", "o2", "o3")
+            np.testing.assert_allclose(answer.confidence, expected.confidence, rtol=1e-6)
+        session.commit()
+        kept.commit()
+        places = session.scene.layout.position
+        np.testing.assert_allclose(places, kept.scene.layout.position, atol=1e-9)
+        np.testing.assert_allclose(places, np.vstack([PLACE[:1], PLACE[1:] + 0.1]), atol=1e-9)
+
+
+def test_the_last_decisions_can_be_undone_when_those_before_are_final():
+    session = _untidy()
+    session.settle(3)
+    assert isinstance(session.undo(), Confirmed)
+    np.testing.assert_allclose(
+        session.scene.layout.position, np.vstack([PLACE[:1], PLACE[1:] + 0.05]), atol=1e-9
+    )
+    with pytest.raises(SessionError, match="must have a decision to undo"):
+        session.undo()
+
+
+@pytest.mark.parametrize("decisions", [-1, 5])
+def test_no_more_is_final_than_was_decided(decisions):
+    with pytest.raises(SessionError, match="decisions: must be from 0 to 4"):
+        _untidy().settle(decisions)
