@@ -166,7 +166,7 @@ def _add_sessions(app: FastAPI, traffic: Traffic, access: Access) -> None:
             response_class=Response,
             status_code=201 if name == "layout" else 200,
             responses={**replies(name), **REFUSED},
-            openapi_extra=bodies(name),
+            openapi_extra=bodies(name, limits.most_text),
         )
 
     one = "/v1/sessions/{name}"

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections import deque
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
 from farm_ar.errors import OptionError
+from farm_ar.scenes.documents import NOTES
+from farm_ar.service.refusals import TOO_LARGE, RefusedError
 
 
 @dataclass(frozen=True)
@@ -18,6 +22,8 @@ class ServiceLimits:
         most_objects: in a layout.
         most_detections: in a snapshot, of all where several are fused.
         most_fused: snapshots that are fused.
+        most_text: characters of a string: a label, a category, an id, a name.
+        most_history: decisions of a session that can be undone; older ones are final.
         most_sessions: kept.
         most_waiting: requests that wait for one session.
         most_requests: under way at once.
@@ -35,6 +41,8 @@ class ServiceLimits:
     most_objects: int = 2000
     most_detections: int = 500
     most_fused: int = 32
+    most_text: int = 256
+    most_history: int = 50
     most_sessions: int = 1000
     most_waiting: int = 16
     most_requests: int = 256
@@ -46,3 +54,39 @@ class ServiceLimits:
         for one in fields(self):
             if not getattr(self, one.name) > 0:
                 raise OptionError(one.name, "must be positive", getattr(self, one.name))
+
+
+def check_texts(body: bytes, data: Mapping[str, object], most: int) -> None:
+    """See that no string in a body is too long; notes for people may be, which nobody reads.
+
+    Args:
+        body: JSON.
+        data: what it holds.
+        most: characters.
+
+    Raises:
+        RefusedError: one is, or the name of a field.
+    """
+    if b"\\" not in body and max(map(len, body.split(b'"'))) <= most:
+        return
+    waiting = deque[tuple[str, object]]((name, data[name]) for name in data if name not in NOTES)
+    _check_names("body", data, most)
+    while waiting:
+        place, value = waiting.popleft()
+        if isinstance(value, str):
+            if len(value) > most:
+                expected = f"must be at most {most} characters, not {len(value)}"
+                raise RefusedError(TOO_LARGE, place, expected, value)
+        elif isinstance(value, dict):
+            _check_names(place, value, most)
+            waiting.extend((f"{place}.{name}", one) for name, one in value.items())
+        elif isinstance(value, list):
+            some = ((i, one) for i, one in enumerate(value) if isinstance(one, str | dict | list))
+            waiting.extend((f"{place}[{i}]", one) for i, one in some)
+
+
+def _check_names(place: str, value: Mapping[str, object], most: int) -> None:
+    for name in value:
+        if len(name) > most:
+            expected = f"must have names of at most {most} characters, not {len(name)}"
+            raise RefusedError(TOO_LARGE, place, expected, name)

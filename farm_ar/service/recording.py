@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import logging
 import os
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -21,6 +23,16 @@ TIMED = "solve_ms"
 
 SUFFIX = ".jsonl"
 
+_LOG = logging.getLogger(__name__)
+
+
+class Asked(NamedTuple):
+    """A request, and what was answered."""
+
+    action: str
+    body: bytes
+    answer: Answer
+
 
 class Recorder:
     """Keeps what was asked of each session, and answered, in a file of its own.
@@ -32,20 +44,42 @@ class Recorder:
     def __init__(self, folder: str | os.PathLike[str]) -> None:
         self._folder = Path(folder)
         self._begun: set[str] = set()
+        self._full: set[str] = set()
         self._folder.mkdir(parents=True, exist_ok=True)
 
-    def add(self, name: str, before: Served | None, action: str, body: bytes, answer: Answer) -> None:
-        """Add a request; before the first one of a session, the session as it was."""
+    def add(self, name: str, before: Served | None, ended: int, asked: Asked) -> None:
+        """Add a request; before the first one of a session, the session as it was.
+
+        Where there is no room for it nothing more is recorded of the session; the service goes on.
+
+        Args:
+            name: of the session.
+            before: the session as it was; None where there was none.
+            ended: the last revision of the one of this name before it, 0 for none.
+            asked: the request.
+        """
+        if name in self._full:
+            return
         lines = list[dict[str, Any]]()
         if name not in self._begun:
             self._begun.add(name)
-            lines.append({"session": name, "began": None if before is None else before.row()})
-        text = body.decode("utf-8", "surrogateescape")
-        said = answer.body.decode("utf-8")
-        lines.append({"action": action, "body": text, "status": answer.status, "answer": said})
+            row = None if before is None else before.row()
+            lines.append({"session": name, "began": row} | ({"ended": ended} if ended else {}))
+        text = asked.body.decode("utf-8", "surrogateescape")
+        said = asked.answer.body.decode("utf-8")
+        lines.append({"action": asked.action, "body": text, "status": asked.answer.status, "answer": said})
         path = self._folder / f"{safe(name)}{SUFFIX}"
-        with path.open("a", encoding="utf-8", newline="\n") as file:
-            file.writelines(json.dumps(line) + "\n" for line in lines)
+        data = "".join(json.dumps(line) + "\n" for line in lines).encode()
+        size = path.stat().st_size if path.exists() else 0
+        try:
+            with path.open("ab", buffering=0) as file:
+                if file.write(data) < len(data):
+                    raise OSError("no room left")
+        except OSError as problem:
+            self._full.add(name)
+            with suppress(OSError):
+                os.truncate(path, size)
+            _LOG.warning("nothing more is recorded of session %s: %s", name, problem)
 
 
 class Played(NamedTuple):
@@ -84,7 +118,9 @@ def replay(folder: str | os.PathLike[str], eye: Eye | None = None) -> Iterator[P
                 service, name, number = Service(Store(None), eye=eye), entry["session"], 0
                 if entry["began"] is not None:
                     service.store.write(name, entry["began"])
-                    service = Service(service.store, eye=eye)
+                elif "ended" in entry:
+                    service.store.delete(name, entry["ended"])
+                service = Service(service.store, eye=eye)
                 continue
             number += 1
             then = Answer(entry["status"], entry["answer"].encode())
@@ -102,7 +138,12 @@ def safe(name: str) -> str:
 def _entry(line: str, where: str) -> dict[str, Any]:
     try:
         entry = json_in(line)
-        right = {"session", "began"} == set(entry) or {"action", "body", "status", "answer"} == set(entry)
+        right = {"session", "began"} == set(entry) - {"ended"} or {
+            "action",
+            "body",
+            "status",
+            "answer",
+        } == set(entry)
     except (ValueError, TypeError):
         right = False
     if not right:

@@ -45,8 +45,13 @@ def path_of(name: str) -> dict[str, str]:
     return {"summary": summary, "description": description}
 
 
-def bodies(name: str) -> Values:
-    """What FastAPI does not know of a request: its parameters and its body."""
+def bodies(name: str, most_text: int) -> Values:
+    """What FastAPI does not know of a request: its parameters and its body.
+
+    Args:
+        name: of the request.
+        most_text: characters of a string in the body.
+    """
     extra: Values = {"parameters": []}
     if name != "sessions":
         pattern = f"^{SESSION_NAME.pattern}$"
@@ -63,11 +68,25 @@ def bodies(name: str) -> Values:
         "undo": UNDO.top.schema,
     }
     if name in taken:
-        content: Values = {"application/json": {"schema": taken[name]()}}
+        content: Values = {"application/json": {"schema": _short(taken[name](), most_text)}}
         if name == "snapshots":
             content["multipart/form-data"] = {"schema": image_schema()}
         extra["requestBody"] = {"required": True, "content": content}
     return extra
+
+
+def _short(rule: Any, most: int) -> Any:
+    """A JSON Schema in which strings and the names of fields have at most so many characters."""
+    if isinstance(rule, list):
+        return [_short(one, most) for one in rule]
+    if not isinstance(rule, dict):
+        return rule
+    short = {name: _short(one, most) for name, one in rule.items()}
+    if rule.get("type") == "string":
+        short["maxLength"] = most
+    if isinstance(rule.get("additionalProperties"), dict):
+        short["propertyNames"] = {"maxLength": most}
+    return short
 
 
 def _object(**properties: Values) -> Values:
@@ -137,6 +156,7 @@ _REPLIES: dict[str, Values] = {
         last=_or_null({"type": "object"}),
         view=_or_null({"type": "object"}),
         history=_list({"type": "object"}),
+        final=_WHOLE,
         image=_FLAG,
     ),
     "delete": _object(session=_TEXT, deleted=_FLAG),

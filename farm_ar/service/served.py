@@ -49,7 +49,8 @@ class Served:
         options: of the method.
         checks: whether layout and snapshots are checked, for warnings.
         revision: how often anything was decided; never less than before.
-        history: what was decided and not undone: `did`, `revision`, `events`, and what it was about.
+        history: what was decided and can be undone: `did`, `revision`, `events`, and what it was about.
+        final: how many decisions before those cannot be undone any more.
         looked: name of the last snapshot; of the revision, before the first one.
         seen: the answer to the last snapshot; None before the first.
         present: what was identified in it, by label, for listeners.
@@ -62,6 +63,7 @@ class Served:
     checks: bool = True
     revision: int = 1
     history: tuple[Values, ...] = ()
+    final: int = 0
     looked: str = ""
     seen: Values | None = None
     present: Mapping[str, Values] = field(default_factory=dict)
@@ -86,7 +88,7 @@ class Served:
         make, options = method_of(row["method"], row["options"])
         session = Session.from_dict(row["session"], make)
         made = (row["method"], options, row["checks"], row["revision"], tuple(row["history"]))
-        return cls(name, session, *made)
+        return cls(name, session, *made, final=row.get("final", 0))
 
     def row(self) -> Values:
         """What is stored of it."""
@@ -96,6 +98,7 @@ class Served:
             "options": dict(self.options),
             "checks": self.checks,
             "history": list(self.history),
+            "final": self.final,
             "session": self.session.to_dict(),
         }
 
@@ -128,7 +131,7 @@ class Served:
         reply["solve_ms"] = round((perf_counter() - begun) * 1000, 3)
         return replace(self, session=session, looked=looked, seen=reply, present=present), reply
 
-    def confirm(self, data: Values) -> tuple[Served, Values]:
+    def confirm(self, data: Values, limits: ServiceLimits) -> tuple[Served, Values]:
         """Take the labels of the last snapshot for known, with corrections, and commit them."""
         given = CONFIRM.read(data)
         self._check(given["revision"])
@@ -148,14 +151,16 @@ class Served:
             session.commit()
         events = len(session.events) - before
         about = {"labels": given["labels"], "commit": given["commit"]}
-        after = self._decided(session, "confirm", events, about)
+        after = self._decided(session, "confirm", events, about, limits)
         return after, after._said({"doubted": list(doubted), "lost": list(session.lost)})
 
     def undo(self, data: Values) -> tuple[Served, Values]:
         """Take back the last thing that was decided."""
         self._check(UNDO.read(data)["revision"])
         if not self.history:
-            raise SessionError("session", "must have a decision to undo", "none")
+            expected = "must have a decision to undo"
+            old = f"{self.final} that are final: only the last ones are kept to be undone"
+            raise SessionError("session", expected, old if self.final else "none")
         session, last = copy(self.session), self.history[-1]
         for _ in range(last["events"]):
             session.undo()
@@ -179,7 +184,7 @@ class Served:
         }
         if not taken:
             return self, self._said(sure | {"origin": None}, asked.frame)
-        after = self._decided(session, "align", 1, {"anchor": asked.anchor is not None})
+        after = self._decided(session, "align", 1, {"anchor": asked.anchor is not None}, limits)
         return after, after._said(sure | {"origin": after._origin(asked.frame)}, asked.frame)
 
     def state(self, frame: str) -> Values:
@@ -214,6 +219,7 @@ class Served:
             "last": self.seen,
             "view": self._view(frame),
             "history": list(self.history),
+            "final": self.final,
         }
 
     def tracked(self, frame: str) -> Values:
@@ -224,10 +230,17 @@ class Served:
         if revision != self.revision:
             raise RefusedError(STALE, "revision", f"must be the session's, {self.revision}", revision)
 
-    def _decided(self, session: Session, did: str, events: int, about: Values) -> Served:
+    def _decided(
+        self, session: Session, did: str, events: int, about: Values, limits: ServiceLimits
+    ) -> Served:
+        """The session after one more decision; the oldest beyond `most_history` are final then."""
         revision = self.revision + 1
         entry = {"did": did, "revision": revision, "events": events, "snapshot": self.looked or None, **about}
-        return replace(self, session=session, revision=revision, history=(*self.history, entry))
+        history = (*self.history, entry)
+        old = history[: -limits.most_history]
+        session.settle(sum(one["events"] for one in old))
+        final = self.final + len(old)
+        return replace(self, session=session, revision=revision, history=history[len(old) :], final=final)
 
     def _head(self, frame: str, stamp: float | None) -> Values:
         return {

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from farm_ar.errors import InputError
 from farm_ar.service.images import Eye
 from farm_ar.service.limits import ServiceLimits
-from farm_ar.service.recording import Recorder
+from farm_ar.service.recording import Asked, Recorder
 from farm_ar.service.refusals import STALE, TOO_MANY, UNKNOWN_SESSION, WRONG, RefusedError, values_of
 from farm_ar.service.served import Served
 from farm_ar.service.store import Store
@@ -85,9 +85,10 @@ class Service:
             body: of the request, JSON; with an image as `_seen_in` says.
         """
         before = self.session(name) if self.recorder and name in self._names else None
+        ended = self.store.ended(name) if self.recorder and before is None else 0
         answer = answered(lambda: self._do(name, action, body))
         if self.recorder:
-            self.recorder.add(name, before, action, body, answer)
+            self.recorder.add(name, before, ended, Asked(action, body, answer))
         return answer
 
     def state(self, name: str, frame: str) -> Answer:
@@ -112,7 +113,7 @@ class Service:
             return self._begin(name, body)
         served = self.session(name)
         if action == "delete":
-            self.store.delete(name)
+            self.store.delete(name, served.revision)
             self._names.discard(name)
             self._open.pop(name, None)
             self._images.pop(name, None)
@@ -120,8 +121,8 @@ class Service:
         if action == "image":
             after, reply = served.look(self._seen_in(served, body), body)
             self._images[name] = body.partition(SEPARATOR)[2]
-            if len(self._images) > MOST_IMAGES:
-                del self._images[next(iter(self._images))]
+            for old in list(self._images)[:-MOST_IMAGES]:
+                self._images.pop(old, None)
         else:
             after, reply = self._asked(served, action, body)
         if after.revision != served.revision:
@@ -130,14 +131,14 @@ class Service:
         return 200, reply
 
     def _asked(self, served: Served, action: str, body: bytes) -> tuple[Served, Values]:
-        data = parsed(body)
+        data = parsed(body, self.limits.most_text)
         if action == "snapshots":
             seen = served.look(read_snapshots(data, self.limits), body)
             self._images.pop(served.name, None)
             return seen
         if action == "align":
             return served.align(data, self.limits)
-        return served.confirm(data) if action == "confirm" else served.undo(data)
+        return served.confirm(data, self.limits) if action == "confirm" else served.undo(data)
 
     def _seen_in(self, served: Served, body: bytes) -> SnapshotBody:
         """What an image shows: the body is its camera as JSON, `SEPARATOR`, and the image."""
@@ -145,17 +146,16 @@ class Service:
             expected = "must not be given: the service was started without --meshes"
             raise RefusedError(WRONG, "image", expected, "an image")
         camera, _, image = body.partition(SEPARATOR)
-        return self.eye.look(parsed(camera), image, served.session.scene, self.limits)
+        return self.eye.look(parsed(camera, self.limits.most_text), image, served.session.scene, self.limits)
 
     def _begin(self, name: str, body: bytes) -> tuple[int, Values]:
-        given = read_layout(parsed(body), self.limits)
-        revision = 1
-        if name in self._names:
-            revision = self.session(name).revision
+        given = read_layout(parsed(body, self.limits.most_text), self.limits)
+        there = name in self._names
+        revision = self.session(name).revision if there else self.store.ended(name)
+        if there:
             if given.revision != revision:
                 expected = f"must be {revision}, the session's, to replace it"
                 raise RefusedError(STALE, "revision", expected, given.revision)
-            revision += 1
         elif given.revision is not None:
             raise RefusedError(
                 STALE, "revision", "must be left out where there is no session yet", given.revision
@@ -164,13 +164,13 @@ class Service:
             raise RefusedError(
                 TOO_MANY, "session", f"must be one of {self.limits.most_sessions} at most", name
             )
-        served = Served.begin(name, given, revision)
+        served = Served.begin(name, given, revision + 1)
         self.store.write(name, served.row())
         self._open[name] = served
         self._names.add(name)
-        return 200 if revision > 1 else 201, {
+        return 200 if there else 201, {
             "session": name,
-            "revision": revision,
+            "revision": served.revision,
             "method": served.method,
             "options": dict(served.options),
             "objects": len(given.scene.layout),

@@ -6,13 +6,21 @@ import json
 import os
 import sqlite3
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from farm_ar.errors import OptionError
 from farm_ar.service.refusals import DISK_FULL, RefusedError
 
-SCHEMA = "create table if not exists sessions (name text primary key, revision integer, row text)"
+SCHEMA = (
+    "create table if not exists sessions (name text primary key, revision integer, row text)",
+    "create table if not exists ended (name text primary key, revision integer)",
+)
+
+REMEMBERED = 10_000
+"""Names of sessions that were deleted; of those before them the greatest revision is known, under no name."""
 
 
 class Store:
@@ -40,7 +48,8 @@ class Store:
             self._base.execute("pragma journal_mode = wal")
             self._base.execute("pragma synchronous = full")
             self._base.execute("begin exclusive")
-            self._base.execute(SCHEMA)
+            for table in SCHEMA:
+                self._base.execute(table)
             self._base.execute("commit")
         except (OSError, sqlite3.Error) as problem:
             taken = "locked" in str(problem)
@@ -65,21 +74,56 @@ class Store:
             RefusedError: there is no room for it; what was there stays.
         """
         text = json.dumps(row, allow_nan=False, separators=(",", ":"))
-        change = "insert or replace into sessions values (?, ?, ?)"
-        self._do(change, (name, row["revision"], text))
+        with self._changing() as base:
+            base.execute("insert or replace into sessions values (?, ?, ?)", (name, row["revision"], text))
 
-    def delete(self, name: str) -> None:
-        """Forget a session."""
-        self._do("delete from sessions where name = ?", (name,))
+    def delete(self, name: str, revision: int) -> None:
+        """Forget a session but for its revision, on which the next one of its name goes on.
+
+        Raises:
+            RefusedError: there is no room for that; the session stays.
+        """
+        with self._changing() as base:
+            base.execute("delete from sessions where name = ?", (name,))
+            base.execute("delete from ended where name = ?", (name,))  # so that it is the youngest
+            base.execute("insert into ended values (?, ?)", (name, revision))
+            named = "from ended where name <> '' order by rowid desc limit 1 offset ?"
+            old = base.execute(f"select rowid {named}", (REMEMBERED,)).fetchone()
+            if old is not None:
+                few = "from ended where name = '' or rowid <= ?"
+                (most,) = base.execute(f"select max(revision) {few}", old).fetchone()
+                base.execute(f"delete {few}", old)
+                base.execute("insert into ended values ('', ?)", (most,))
+
+    def ended(self, name: str) -> int:
+        """The revision from which a session that is not there goes on, were it begun; 0 for a new one."""
+        with self._lock:
+            found = self._base.execute(
+                "select max(revision) from ended where name = ? or name = ''", (name,)
+            ).fetchone()
+        return int(found[0] or 0)
 
     def close(self) -> None:
         """Close the file."""
         with self._lock:
             self._base.close()
 
-    def _do(self, change: str, values: tuple[Any, ...]) -> None:
-        try:
-            with self._lock:
-                self._base.execute(change, values)
-        except sqlite3.OperationalError as problem:
-            raise RefusedError(DISK_FULL, "state", "must have room to be written", str(problem)) from None
+    @contextmanager
+    def _changing(self) -> Iterator[sqlite3.Connection]:
+        """One transaction, which takes place whole or not at all.
+
+        Raises:
+            RefusedError: there is no room for it.
+        """
+        with self._lock:
+            try:
+                self._base.execute("begin immediate")
+                yield self._base
+                self._base.execute("commit")
+            except BaseException as problem:
+                if self._base.in_transaction:
+                    self._base.execute("rollback")
+                if not isinstance(problem, sqlite3.OperationalError):
+                    raise
+                expected = "must have room to be written"
+                raise RefusedError(DISK_FULL, "state", expected, str(problem)) from None

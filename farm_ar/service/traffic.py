@@ -93,10 +93,11 @@ class Traffic:
 
     async def _in_turn(self, name: str, do: Callable[[], Any]) -> Any:
         """What is done in a thread, after all that was asked of the session before."""
-        lock, waiting = self._locks.setdefault(name, (asyncio.Lock(), []))
         limits = self.limits
-        if self._under_way >= limits.most_requests or len(waiting) >= limits.most_waiting:
-            raise RefusedError(TOO_MANY, "requests", "must be fewer at once: come again", len(waiting))
+        if self._under_way >= limits.most_requests or len(self._waiting(name)) >= limits.most_waiting:
+            expected = "must be fewer at once: come again"
+            raise RefusedError(TOO_MANY, "requests", expected, len(self._waiting(name)))
+        lock, waiting = self._locks.setdefault(name, (asyncio.Lock(), []))
         self._under_way += 1
         waiting.append(None)
         try:
@@ -130,6 +131,10 @@ class Traffic:
             raise RefusedError(
                 BUSY, "session", f"must be answered within {limits.answer_s:g} s", name
             ) from None
+
+    def _waiting(self, name: str) -> list[None]:
+        """One for each request on a session that is under way."""
+        return self._locks[name][1] if name in self._locks else []
 
     def _done(self, name: str, waiting: list[None]) -> None:
         self._under_way -= 1

@@ -29,7 +29,7 @@ from farm_ar.scenes.documents import (
 from farm_ar.scenes.files import json_in
 from farm_ar.scenes.streams import tolerant_snapshot
 from farm_ar.scenes.worlds import rigid, rotation_of
-from farm_ar.service.limits import ServiceLimits
+from farm_ar.service.limits import ServiceLimits, check_texts
 from farm_ar.service.methods import DEFAULT, OPTIONS, method_of
 from farm_ar.service.refusals import NO_JSON, TOO_LARGE, WRONG, RefusedError
 
@@ -99,11 +99,15 @@ class AlignBody(NamedTuple):
     revision: int
 
 
-def parsed(body: bytes) -> dict[str, Any]:
+def parsed(body: bytes, most_text: int) -> dict[str, Any]:
     """The JSON object in a body.
 
+    Args:
+        body: of a request.
+        most_text: characters of a string in it.
+
     Raises:
-        RefusedError: there is none.
+        RefusedError: there is none, or a string in it is too long.
     """
     try:
         data = json_in(body.decode("utf-8-sig"))
@@ -113,6 +117,7 @@ def parsed(body: bytes) -> dict[str, Any]:
         raise RefusedError(NO_JSON, "body", "must be JSON", str(problem)) from None
     if not isinstance(data, dict):
         raise RefusedError(WRONG, "body", "must be a JSON object", data)
+    check_texts(body, data, most_text)
     return data
 
 

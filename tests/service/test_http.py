@@ -2,6 +2,8 @@
 
 import asyncio
 import json
+import resource
+import signal
 import socket
 import ssl
 import subprocess
@@ -27,8 +29,10 @@ from farm_ar.service.client import ServiceSession
 from farm_ar.service.limits import ServiceLimits
 from farm_ar.service.network import lan_address, listening, pin_of, qr_code, self_signed
 from farm_ar.service.recording import Recorder, replay
+from farm_ar.service.refusals import RefusedError
 from farm_ar.service.service import Service
 from farm_ar.service.store import Store
+from farm_ar.service.traffic import Traffic
 from tests.service.conftest import Live, lab, layout_body, live, seen_in, snapshot_body
 
 
@@ -181,6 +185,19 @@ def test_who_asks_too_much_at_once_is_told_to_come_again() -> None:
             assert client.post("/v1/sessions/busy/snapshots", json=snapshot_body(seen_in(lab()))).is_success
 
 
+def test_nothing_is_kept_of_names_whose_requests_were_too_many() -> None:
+    traffic = Traffic(Service(Store(None)), ServiceLimits(most_requests=1), 1)
+    traffic._under_way = 1
+
+    async def ask() -> None:
+        for number in range(5):
+            with pytest.raises(RefusedError, match="fewer at once"):
+                await traffic.state(f"room-{number}", "unity")
+
+    asyncio.run(ask())
+    assert traffic._locks == {}
+
+
 def test_what_takes_too_long_is_told_to_come_again_and_the_session_stays_whole(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -288,12 +305,43 @@ def test_a_recording_is_played_again_bit_for_bit_and_a_change_is_noticed(tmp_pat
     path = folder / "room.jsonl"
     path.write_text(path.read_text().replace('\\"revision\\":3', '\\"revision\\":4', 1))
     assert [bool(one.difference) for one in replay(folder)].count(True) == 1
+    service.call("room", "delete", b"")
+    third = Service(store, recorder=Recorder(tmp_path / "third"))  # of a session whose name is used again
+    third.call("room", "layout", json.dumps(layout_body(scene)).encode())
+    (again,) = replay(tmp_path / "third")
+    assert (again.action, again.difference) == ("layout", None)
     (tmp_path / "bad").mkdir()
     (tmp_path / "bad" / "x.jsonl").write_text('{"session": 3}\n')
     with pytest.raises(ValueError, match="must be one of a recording"):
         list(replay(tmp_path / "bad"))
     with pytest.raises(ValueError, match="serve --record"):
         list(replay(tmp_path / "none"))
+
+
+def test_a_recording_that_finds_no_room_ends_and_the_service_goes_on(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    service = Service(Store(None), recorder=Recorder(tmp_path))
+    layout = json.dumps(layout_body(lab(), method="spatial")).encode()
+    body = json.dumps(snapshot_body(seen_in(lab()))).encode()
+    size = 0
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    usual = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    try:
+        assert service.call("room", "layout", layout).status == 201
+        assert service.call("room", "snapshots", body).status == 200
+        size = (tmp_path / "room.jsonl").stat().st_size
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size + 100, before[1]))
+        assert [service.call("room", "snapshots", body).status for _ in range(3)] == [200] * 3
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        signal.signal(signal.SIGXFSZ, usual)
+    assert service.call("room", "snapshots", body).status == 200
+    assert (tmp_path / "room.jsonl").stat().st_size == size
+    assert [one.message for one in caplog.records if "recorded" in one.message] == [
+        "nothing more is recorded of session room: no room left"
+    ]
+    assert [one.difference for one in replay(tmp_path)] == [None, None]
 
 
 def test_the_certificate_is_kept_for_pinning_and_is_for_the_address(tmp_path: Path) -> None:

@@ -16,7 +16,8 @@ from farm_ar.reid.costs import dimension_cost, rotation_cost, total_cost, transl
 from farm_ar.reid.session import Session
 from farm_ar.scenes import Layout, Scene, Weights, builtin_scene, scene_from_dict, snapshot_from_dict, visible
 from farm_ar.service.methods import OPTIONS, method_of
-from tests.service.conftest import Asked, lab, layout_body, seen_in, served_anew, snapshot_body
+from farm_ar.service.store import Store
+from tests.service.conftest import Asked, Values, lab, layout_body, seen_in, served_anew, snapshot_body
 
 
 def test_a_detection_gets_the_label_cost_and_margin_of_the_method(asked: Asked) -> None:
@@ -489,3 +490,159 @@ def test_vectors_are_written_by_a_command_and_are_the_methods_answers(tmp_path: 
         np.testing.assert_allclose(given, one["costs"], rtol=1e-9, atol=1e-12)
         checked += 1
     assert checked > 30
+
+
+def decide(asked: Asked, scene: Scene, shift: float) -> Values:
+    seen = asked.good("snapshots", snapshot_body(seen_in(scene, shift)))
+    return asked.good("confirm", {"revision": seen["revision"], "snapshot": seen["snapshot"]})
+
+
+@pytest.mark.parametrize("method", ["spatial", "adaptive"])
+def test_only_so_many_decisions_are_kept_to_be_undone(tmp_path: Path, method: str) -> None:
+    """And what is known is what it is where all are kept, also after a kill."""
+    scene = lab()
+    short = served_anew(tmp_path / "short.sqlite", most_history=3)
+    long = served_anew(most_history=100)
+    size = 0
+    for asked in (short, long):
+        asked.good("layout", layout_body(scene, method=method))
+        anchored = {**ANCHORED, "anchor": {"here": HERE, "map": {"x": 0.001, "z": 0, "yaw_deg": 0.01}}}
+        asked.good("align", {**anchored, "revision": 1})
+        for k in range(8):
+            decide(asked, scene, 0.01 * (k + 1))
+            if asked is short and k == 3:
+                size = len(json.dumps(asked.service.session("room").row()))
+    assert len(json.dumps(short.service.session("room").row())) < 1.1 * size
+    short.service.store.close()
+    short = served_anew(tmp_path / "short.sqlite", most_history=3)
+    for undone in range(4):
+        states = short.state(), long.state()
+        assert len(states[0]["history"]) == 3 - undone
+        assert states[0]["history"] == states[1]["history"][6:]
+        assert [state["final"] for state in states] == [6, 0]
+        assert states[0]["lost"] == states[1]["lost"]
+        for mine, other in zip(*(state["objects"] for state in states), strict=True):
+            assert mine["id"] == other["id"]
+            for axis in "xyz":
+                here, there = (one["pose"]["position"][axis] for one in (mine, other))
+                assert here == pytest.approx(there, abs=1e-9)
+        replies = [asked.good("snapshots", snapshot_body(seen_in(scene, 0.2))) for asked in (short, long)]
+        rows = [[(one["id"], one["cost"]) for one in reply["detections"]] for reply in replies]
+        for one, two in zip(*rows, strict=True):
+            assert one == (two[0], pytest.approx(two[1], rel=1e-6, abs=1e-9))
+        revision = states[0]["revision"]
+        if undone < 3:
+            for asked in (short, long):
+                asked.good("undo", {"revision": revision})
+    status, error = short.refused("undo", {"revision": revision})
+    assert status == 422
+    assert error["expected"] == "must have a decision to undo"
+    assert error["got"] == "'6 that are final: only the last ones are kept to be undone'"
+    assert short.state()["revision"] == revision
+    short.service.store.close()
+
+
+def test_a_revision_is_never_used_twice_by_sessions_of_one_name(tmp_path: Path) -> None:
+    """What a client decides on a session that was deleted and begun again is refused."""
+    path, scene = tmp_path / "sessions.sqlite", lab()
+    body = layout_body(scene, method="spatial")
+    asked = served_anew(path)
+    revisions = [asked.good("layout", body)["revision"]]
+    for again in range(3):
+        old = asked.good("snapshots", snapshot_body(seen_in(scene, 0.1)))
+        revisions.append(
+            asked.good("confirm", {"revision": old["revision"], "snapshot": old["snapshot"]})["revision"]
+        )
+        asked.good("delete")
+        assert asked.refused("undo", {"revision": revisions[-1]})[0] == 404
+        if again == 1:  # also where the service is started anew in between
+            asked.service.store.close()
+            asked = served_anew(path)
+        status, reply = asked("layout", body)
+        assert status == 201
+        for revision in revisions:
+            for action, more in (
+                ("undo", {}),
+                ("align", ANCHORED),
+                ("confirm", {"snapshot": old["snapshot"]}),
+            ):
+                status, error = asked.refused(action, {"revision": revision, **more})
+                assert (status, error["field"]) == (409, "revision")
+            assert asked.refused("layout", {**body, "revision": revision})[0] == 409
+        revisions.append(reply["revision"])
+    assert revisions == sorted(set(revisions))
+    assert asked.good("layout", body, "another")["revision"] == 1
+    asked.service.store.close()
+
+
+def test_of_many_deleted_sessions_the_revisions_do_not_come_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Only some of the names are kept, so that the file does not grow; the others begin beyond them all."""
+    monkeypatch.setattr("farm_ar.service.store.REMEMBERED", 3)
+    store = Store(None)
+    last: dict[str, int] = {}
+    rng = np.random.default_rng(0)
+    for _ in range(200):
+        name = f"s{rng.integers(12)}"
+        begun = store.ended(name) + 1
+        assert begun > last.get(name, 0)
+        last[name] = begun + int(rng.integers(4))
+        store.delete(name, last[name])
+        assert len(store._base.execute("select * from ended").fetchall()) <= 4
+    young = served_anew()
+    young.service.store.delete("a", 7)
+    assert young.service.store.ended("a") == 7
+    assert young.service.store.ended("b") == 0
+    store.close()
+
+
+LONG = "x" * 257
+
+
+@pytest.mark.parametrize(
+    ("action", "place", "field"),
+    [
+        ("layout", ("objects", 1, "label"), "objects[1].label"),
+        ("layout", ("objects", 1, "category"), "objects[1].category"),
+        ("layout", ("name",), "name"),
+        ("layout", ("method",), "method"),
+        ("layout", ("options", LONG), "options"),
+        ("layout", ("symmetry_deg", LONG), "symmetry_deg"),
+        ("layout", (LONG,), "body"),
+        ("snapshots", ("detections", 2, "id"), "detections[2].id"),
+        ("snapshots", ("detections", 2, "track_id"), "detections[2].track_id"),
+        ("snapshots", ("detections", 2, "category"), "detections[2].category"),
+        ("snapshots", ("frame",), "frame"),
+        ("confirm", ("labels", "d0"), "labels.d0"),
+        ("confirm", ("labels", LONG), "labels"),
+        ("confirm", ("snapshot",), "snapshot"),
+    ],
+)
+def test_strings_that_are_too_long_are_refused(
+    asked: Asked, action: str, place: tuple[str | int, ...], field: str
+) -> None:
+    scene = lab()
+    asked.good("layout", layout_body(scene, method="spatial"))
+    seen = asked.good("snapshots", snapshot_body(seen_in(scene)))
+    whole: dict[str, Values] = {
+        "layout": {**layout_body(scene, method="spatial"), "options": {}, "symmetry_deg": {}},
+        "snapshots": snapshot_body(seen_in(scene)),
+        "confirm": {"revision": 1, "snapshot": seen["snapshot"], "labels": {}},
+    }
+    for text, said in ((LONG, "256 characters, not 257"), ("ä\\" + "y" * 1_000_000, "not 1000002")):
+        body = json.loads(json.dumps(whole[action]))
+        inner: Any = body
+        for step in place[:-1]:
+            inner = inner[step]
+        inner[text if place[-1] == LONG else place[-1]] = text
+        status, error = asked.refused(action, body, "other" if action == "layout" else "room")
+        assert (status, error["field"]) == (413, field)
+        assert said in error["expected"]
+        assert len(error["message"]) < 300
+    assert asked.state()["revision"] == 1
+
+
+def test_strings_of_the_greatest_length_and_notes_are_taken(asked: Asked) -> None:
+    body = layout_body(lab(), method="spatial", description="how it came about " * 100)
+    label = body["objects"][0]["label"] = "\u00e9" * 256
+    asked.good("layout", body)
+    assert asked.state()["objects"][0]["id"] == label

@@ -98,7 +98,7 @@ def same(one, other):
 
 
 def nearly(one, other):
-    """Whether values are the same but for the last digits of numbers, as headings in another frame are in files."""
+    """Whether values are the same but for numbers' last digits, which files round in another frame."""
     if isinstance(one, dict):
         return one.keys() == other.keys() and all(nearly(one[name], other[name]) for name in one)
     if isinstance(one, list | tuple):
@@ -132,7 +132,9 @@ def step(session, kind, seed, tracked):
 
 STEPS = st.lists(
     st.tuples(
-        st.sampled_from(["look", "look", "align", "correct", "confirm", "confirm", "commit", "undo", "save", "settle"]),
+        st.sampled_from(
+            ["look", "look", "align", "correct", "confirm", "confirm", "commit", "undo", "save", "settle"]
+        ),
         st.integers(0, 10**6),
     ),
     max_size=25,
@@ -161,7 +163,9 @@ def test_any_order_of_steps_saves_and_loads_gives_the_steps_not_undone(steps, se
             now = sum(name != "look" for name, _ in done) - final
             session.settle(min(number % 3, now))
             final += min(number % 3, now)
-            assert sum(not isinstance(event, Looked) for event in session.events) == now - min(number % 3, now)
+            assert sum(not isinstance(event, Looked) for event in session.events) == now - min(
+                number % 3, now
+            )
         elif step(session, kind, number, tracked=False) and session.events is not before:
             done.append((kind, number))
     again = Session(place(seed), ByName)

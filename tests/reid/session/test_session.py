@@ -460,7 +460,7 @@ def _there(shift, tracks=("a", "b", "c")):
 
 
 def test_what_is_final_is_known_and_not_undone(tmp_path):
-    """Frame, learning, lost things, tracks and what is not committed are those of a session that keeps all."""
+    """Frame, learning, lost things, tracks and what is not committed are as where all is kept."""
     settled = _untidy()
     settled.settle(4)
     assert settled.events == ()
