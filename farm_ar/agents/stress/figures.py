@@ -34,6 +34,9 @@ SETTINGS: dict[Any, Any] = {
 }
 """Ids that do not change, and letters that the page's reader can select."""
 
+SEEN, MOVED_UNSEEN, UNSEEN = 1.0, 0.6, 0.35
+"""Opacities of objects that are in view, that are not but were moved, and of the others."""
+
 PICTURE_IN, CHART_IN = 3.4, (4.9, 3.0)
 """Inches: the width of a picture; the size of a chart."""
 
@@ -92,7 +95,7 @@ def cell_chart(cells: Sequence[Sequence[float]], x_label: str, y_label: str, x_l
 
 
 def failure_picture(case: Case, failure: Mapping[str, Any]) -> str:
-    """What an attack did: moved objects with an arrow from their dashed places, misread ones in red.
+    """What an attack did, in the marks of `key_picture`.
 
     Args:
         case: whose camera looks.
@@ -109,24 +112,14 @@ def failure_picture(case: Case, failure: Mapping[str, Any]) -> str:
     before = footprint_corners(layout.position, layout.yaw, layout.size)
     after = footprint_corners(position, yaw, layout.size)
     for k in np.flatnonzero(moved):
-        axes.add_patch(Polygon(before[k], fill=False, edgecolor=FAINT, linestyle=(0, (3, 2)), linewidth=0.8))
+        _draw_former(axes, before[k])
     for i, label in enumerate(layout.labels):
         color = CATEGORY_COLORS[int(layout.category_code[i]) % len(CATEGORY_COLORS)]
-        edge, weight = (WRONG, 1.6) if label in misread else (INK, 0.6)
-        shown = bool(seen[i] or moved[i])
-        alpha = 1.0 if seen[i] else 0.6 if shown else 0.35
-        axes.add_patch(
-            Polygon(
-                after[i], facecolor=color, edgecolor=edge if shown else FAINT, linewidth=weight, alpha=alpha
-            )
-        )
-        if shown:
-            front = position[i] + direction(yaw[i]) * layout.size[i, 2] / 2
-            axes.plot(*np.stack([position[i], front], axis=1), color=edge, linewidth=0.8, alpha=alpha)
+        alpha = SEEN if seen[i] else MOVED_UNSEEN if moved[i] else UNSEEN
+        _draw_object(axes, after[i], color, alpha, label in misread)
     for k in np.flatnonzero(moved):
         if np.linalg.norm(position[k] - layout.position[k]) > 0.01 * scene.diagonal:
-            arrow: dict[str, Any] = {"arrowstyle": "-|>", "mutation_scale": 7, "shrinkA": 0, "shrinkB": 0}
-            axes.add_patch(FancyArrowPatch(layout.position[k], position[k], color=INK, lw=1.0, **arrow))
+            _draw_way(axes, layout.position[k], position[k])
     _tag_misread(axes, layout.labels, position, misread)
     return svg_of(figure)
 
@@ -144,6 +137,62 @@ def cameras_picture(scene: Scene, cameras: Sequence[Sequence[float]], strength: 
         axes.plot([x, tip[0]], [z, tip[1]], color=colors(share), linewidth=1.4)
         axes.plot(x, z, "o", color=colors(share), markersize=4.5)
     return svg_of(figure)
+
+
+def key_picture() -> str:
+    """What the marks of a failure's picture mean."""
+    with mpl.rc_context(SETTINGS):
+        figure = Figure(figsize=(7.2, 0.95))
+        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    axes.set_xlim(0.0, 7.2)
+    axes.set_ylim(0.0, 0.95)
+    axes.set_axis_off()
+    box, yaw, color = np.array([0.3, 0.1, 0.2]), np.float64(0.5), CATEGORY_COLORS[0]
+    marks = (
+        "in view; the line goes to its front",
+        "out of view",
+        "moved, out of view",
+        "where a moved object stood",
+        "how it was moved",
+        "label → what it was read as",
+    )
+    for k, text in enumerate(marks):
+        x, z = 0.3 + 2.4 * (k % 3), 0.72 - 0.48 * (k // 3)
+        place = np.array([x, z])
+        corners = footprint_corners(place, yaw, box)
+        if k == 3:
+            _draw_former(axes, corners)
+        elif k == 4:
+            _draw_way(axes, np.array([x - 0.2, z]), np.array([x + 0.2, z]))
+        else:
+            _draw_object(axes, corners, color, (SEEN, UNSEEN, MOVED_UNSEEN)[k] if k < 3 else SEEN, k == 5)
+        axes.text(x + 0.3, z, text, va="center", color=WRONG if k == 5 else INK, fontsize=SMALL)
+    return svg_of(figure)
+
+
+def _draw_object(axes: Axes, corners: FloatArray, color: str, alpha: float, wrong: bool = False) -> None:
+    """A footprint (4, 2) with a line from its middle to its front; red where its label is wrong."""
+    edge, weight = (WRONG, 1.6) if wrong else (INK if alpha > UNSEEN else FAINT, 0.6)
+    axes.add_patch(Polygon(corners, facecolor=color, edgecolor=edge, linewidth=weight, alpha=alpha))
+    _draw_heading(axes, corners, edge, alpha)
+
+
+def _draw_former(axes: Axes, corners: FloatArray) -> None:
+    """The footprint (4, 2) that a moved object had, with its heading."""
+    axes.add_patch(Polygon(corners, fill=False, edgecolor=FAINT, linestyle=(0, (3, 2)), linewidth=0.8))
+    _draw_heading(axes, corners, FAINT, 1.0)
+
+
+def _draw_heading(axes: Axes, corners: FloatArray, color: str, alpha: float) -> None:
+    """A line from the middle of a footprint to the middle of its front."""
+    front = corners[:2].mean(axis=0)
+    axes.plot(*np.stack([corners.mean(axis=0), front], axis=1), color=color, linewidth=0.8, alpha=alpha)
+
+
+def _draw_way(axes: Axes, begin: FloatArray, end: FloatArray) -> None:
+    """The way of a moved object."""
+    arrow: dict[str, Any] = {"arrowstyle": "-|>", "mutation_scale": 7, "shrinkA": 0, "shrinkB": 0}
+    axes.add_patch(FancyArrowPatch(tuple(begin), tuple(end), color=INK, lw=1.0, **arrow))
 
 
 def svg_of(figure: Figure) -> str:

@@ -22,6 +22,7 @@ from farm_ar.agents.stress.figures import (
     cameras_picture,
     cell_chart,
     failure_picture,
+    key_picture,
     line_chart,
 )
 from farm_ar.agents.stress.statistics import ReidSummary, Share, broken_within, summarise_reid
@@ -220,6 +221,7 @@ def page_of(study: Study, summary: Summary) -> str:
             for one in summary.reids
         ],
         groups=groups,
+        key=Markup(key_picture()),
         weakest=WEAKEST,
         likelihood=lambda surprise: f"{np.exp(-surprise):.2g}",
         heading=lambda yaw: f"{np.rad2deg(yaw) + 0.0:.0f}°",

@@ -5,7 +5,14 @@ import re
 import numpy as np
 import pytest
 
-from farm_ar.agents.stress.figures import Line, bar_chart, cell_chart, failure_picture, line_chart
+from farm_ar.agents.stress.figures import (
+    Line,
+    bar_chart,
+    cell_chart,
+    failure_picture,
+    key_picture,
+    line_chart,
+)
 from farm_ar.agents.stress.study import known_case
 
 
@@ -41,3 +48,19 @@ def test_the_picture_of_a_failure_says_what_was_taken_for_what():
     position[0] += 0.1
     failure = {"position": position, "yaw": case.layout.yaw, "misread": [[case.layout.labels[0], None]]}
     assert f"{case.layout.labels[0]} → nothing" in failure_picture(case, failure)
+
+
+def test_every_object_has_a_mark_of_its_heading_and_so_has_where_it_stood():
+    """Turned on the spot, a moved object differs from its former outline in the line to its front."""
+    case = known_case("farm", 0, "none", 0)
+    still = {"position": case.layout.position, "yaw": case.layout.yaw, "misread": []}
+    turned = still | {"yaw": case.layout.yaw + np.eye(len(case.layout))[0]}
+    drawn = [failure_picture(case, one).count("<path") for one in (still, turned)]
+    assert drawn[1] == drawn[0] + 2  # an outline and a heading
+    assert drawn[0] >= 2 * len(case.layout)
+
+
+def test_the_key_explains_each_mark_of_a_failure():
+    drawn = key_picture()
+    for words in ("in view", "out of view", "moved, out of view", "stood", "moved", "what it was read as"):
+        assert words in drawn
