@@ -18,6 +18,7 @@ ENTRY_POINT = "farm_ar.envs:make_farm_to_table"
 
 def page() -> str:
     """The whole page."""
+    names = [name for name, spec in gym.registry.items() if spec.entry_point == ENTRY_POINT]
     summary, _, sections = (getdoc(FarmToTableEnv) or "").partition("\n\n")
     parts = [
         "# Environments",
@@ -26,13 +27,20 @@ def page() -> str:
         '```python\nimport gymnasium as gym\n\nenv = gym.make("farm_ar:FarmToTable-v0", jitter="easy")\n```',
         sections,
         "## Registered Environments",
-        *(registered(name) for name, spec in gym.registry.items() if spec.entry_point == ENTRY_POINT),
+        *(registered(name) for name in names if is_plain(name)),
+        "### Variants",
+        variants([name for name in names if not is_plain(name)]),
         "# The delivery robot",
         getdoc(DeliverToChairEnv) or "",
         "## The Registered Environment",
         registered("DeliverToChair-v0"),
     ]
     return "\n\n".join(parts) + "\n"
+
+
+def is_plain(name: str) -> bool:
+    """Whether an id is no variant of another."""
+    return not gym.spec(name).kwargs.keys() & {"action", "knowledge"}
 
 
 def registered(name: str) -> str:
@@ -48,8 +56,20 @@ def registered(name: str) -> str:
         "|---|---|",
         f"| action | `{env.action_space}` |",
     ]
-    assert isinstance(env.observation_space, spaces.Dict)
-    lines += [f"| `{key}` | `{space}` |" for key, space in env.observation_space.spaces.items()]
+    observed = env.observation_space
+    assert isinstance(observed, spaces.Dict)
+    lines += [f"| `{key}` | `{space}` |" for key, space in observed.spaces.items()]
+    return "\n".join(lines)
+
+
+def variants(names: list[str]) -> str:
+    """A row for each id that is another one with further arguments."""
+    lines = ["| id | arguments | action | length of the observation |", "|---|---|---|---|"]
+    for name in names:
+        env = gym.make(name)
+        arguments = ", ".join(f"`{key}={value!r}`" for key, value in gym.spec(name).kwargs.items())
+        length = spaces.flatdim(env.observation_space)
+        lines.append(f"| `{name}` | {arguments} | `{env.action_space}` | {length} |")
     return "\n".join(lines)
 
 

@@ -17,8 +17,19 @@ _ENVIRONMENTS: dict[str, dict[str, str | bool | float | None]] = {
     "SceneLayout-v0": {"control": "layout", "game": False, "scene": "L1", "budget": 0.4},
 }
 
+_VARIANTS: dict[str, dict[str, str]] = {
+    "": {},
+    "Discrete": {"action": "discrete", "observation": "flat"},
+    "BlackBox": {"knowledge": "black-box"},
+}
+
 for _name, _arguments in _ENVIRONMENTS.items():
-    register(_name, entry_point="farm_ar.envs:make_farm_to_table", kwargs=_arguments)
+    for _variant, _others in _VARIANTS.items():
+        register(
+            _name.replace("-", f"{_variant}-"),
+            entry_point="farm_ar.envs:make_farm_to_table",
+            kwargs=_arguments | _others,
+        )
 register("DeliverToChair-v0", entry_point="farm_ar.envs:make_deliver_to_chair")
 
 find_moved()

@@ -23,10 +23,7 @@ from farm_ar.game_logic.perception import Perception
 from farm_ar.reid import ReidFactory, reid_factory
 from farm_ar.scenes import Scene
 
-CONTROLS: dict[str, tuple[str, ...]] = {
-    control: tuple(name for name, action in ACTIONS.items() if action.control == control)
-    for control in ("move", "hand", "layout")
-}
+CONTROLS: dict[str, tuple[str, ...]] = {control: tuple(actions) for control, actions in ACTIONS.items()}
 """The ways to play, and the actions of each, the default first."""
 
 MOST = {

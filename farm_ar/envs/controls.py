@@ -9,7 +9,14 @@ import numpy as np
 from gymnasium import spaces
 
 from farm_ar.arrays import BoolArray
-from farm_ar.envs.actions import MOVE_ACTIONS, Move, MoveAction, VelocityAction
+from farm_ar.envs.actions import (
+    HAND_ACTIONS,
+    LAYOUT_ACTIONS,
+    MOVE_ACTIONS,
+    HandAction,
+    Move,
+    MoveAction,
+)
 from farm_ar.envs.budget import Budget
 from farm_ar.envs.config import EnvConfig
 from farm_ar.envs.generator import unit_of
@@ -125,13 +132,13 @@ class HandControl:
     """The hand, steered.
 
     Args:
+        action: what an action means.
         seconds: how long a visit may take, the way to the table included; then the hand is withdrawn.
         steps_per_second: how often it is steered, a divisor of the ticks in a second.
     """
 
-    def __init__(self, seconds: float, steps_per_second: int) -> None:
-        self._action = VelocityAction()
-        self.space = self._action.space
+    def __init__(self, action: HandAction, seconds: float, steps_per_second: int) -> None:
+        self._action, self.space = action, action.space
         self._ticks = max(1, round(seconds / TICK))
         self._step = round(1 / TICK / steps_per_second)
         self._left = self._ticks
@@ -164,15 +171,18 @@ class HandControl:
         """Share of the visit's time that is left."""
         return self._left / self._ticks
 
-    def mask(self, view: TableView) -> None:
-        """Nothing can be masked."""
-        return
+    def mask(self, view: TableView) -> BoolArray | None:
+        """Which choices make sense now; None where nothing can be masked."""
+        hand = self._game.tabletop.hand
+        return self._action.mask(hand is not None and hand.gripped is not None)
 
 
 def control_of(config: EnvConfig, scene: Scene) -> Control:
     """The control that a configuration asks for."""
     if config.control == "hand":
-        return HandControl(config.hand_seconds, config.steps_per_second)
+        steering = HAND_ACTIONS[str(config.action)]()
+        return HandControl(steering, config.hand_seconds, config.steps_per_second)
     kinds = np.bincount(scene.layout.category_code[scene.layout.movable])
-    action = MOVE_ACTIONS[str(config.action)](int(kinds.sum()), int(kinds.max()), unit_of(scene))
+    known = MOVE_ACTIONS if config.control == "move" else LAYOUT_ACTIONS
+    action = known[str(config.action)](int(kinds.sum()), int(kinds.max()), unit_of(scene))
     return MoveControl(action, config.moves if config.control == "move" else 1)

@@ -47,6 +47,10 @@ class FarmToTableEnv(RecordedEnv):
     | `FarmToTableLayout-v0` | a whole visit: a displacement for every building (`control="layout"`); so an episode of one visit is one step |
     | `SceneLayout-v0` | the same in any scene, without physics and game (`control="layout"`, `game=False`); one step too |
 
+    Each of these has two variants. `FarmToTableDiscrete-v0`, `FarmToTableHandDiscrete-v0`, `FarmToTableLayoutDiscrete-v0` and
+    `SceneLayoutDiscrete-v0` have `action="discrete"` and `observation="flat"`, for learners such as DQN and CleanRL's `ppo.py`.
+    `FarmToTableBlackBox-v0` and so on have `knowledge="black-box"`.
+
     A second environment, `DeliverToChair-v0`, has a page below: a robot that must find one of several identical chairs.
 
     Write `gym.make("farm_ar:FarmToTable-v0")`: the module before the colon registers the id, also in the worker processes of
@@ -66,9 +70,12 @@ class FarmToTableEnv(RecordedEnv):
     |---|---|---|---|
     | `move` | `displacement` | `MultiDiscrete([N + 1, 7, 7, 7])` | which object, N to end the turn; x, z in seven levels of ±0.3 m; turn in seven levels of ±90° |
     | `move` | `slot` | `MultiDiscrete([N + 1, K, 3])` | which object, N to end the turn; towards the believed place of the j-th label of its kind; by .55, .8 or all of the way and turn |
+    | `move` | `discrete` | `Discrete(3 N K + 1)` | the choices of `slot` as one number, (object K + label) 3 + share; 3 N K to end the turn |
     | `move` | `continuous` | `Box(-1, 1, (5,))` | where to pick (x, z over the table), how far to carry (±0.3 m), turn (±90°); a pick farther than 6 cm from any object in view ends the turn |
     | `hand` | `velocity` | `Box(-1, 1, (4,))` | velocity x, z (1.5 m/s), twist (pi rad/s), grip when positive |
+    | `hand` | `discrete` | `Discrete(20)` | 0 to 8: still, or .75 m/s in one of eight directions, with an open hand; 9 to 17 the same, closed; 18 and 19: twist by pi rad/s anticlockwise and clockwise, closed |
     | `layout` | `offsets` | `Box(-1, 1, (3 N,))` | x, z (±0.15 m) and turn (±45°) of every object |
+    | `layout` | `discrete` | `Discrete(3 N K + 1)` | two of a kind change places: the object and the label's own, numbered as in `move`; by .55, .8 or all of their ways; 3 N K moves nothing |
 
     What exceeds the budget is scaled down, and the hand stops when what it does, pushed objects included, would exceed
     it. It is no hard limit: what was bumped into may still slide and spin on. In random play 75% of 2000 visits of `move`
@@ -76,7 +83,8 @@ class FarmToTableEnv(RecordedEnv):
     39% of 2000 of `hand` (6% in metres, by 15 and 83 mm; 35% in radians, by 0.31 and 2.9):
     `python benchmarks/environment_numbers.py`.
 
-    `action_masks()` gives the choices that make sense for the discrete actions.
+    `action_masks()` gives the choices that make sense for the discrete actions: what is in view, and for `discrete` only
+    what would move anything, each pair once, and twists only of what is held.
 
     ## Observation Space
 
@@ -102,8 +110,8 @@ class FarmToTableEnv(RecordedEnv):
     categories kept apart, whatever `reid` is. The margin of a detection is the rise of the total cost if it had to have
     another label.
 
-    `observation="pixels"` is the table from above, `Box(0, 255, (96, W, 3), uint8)`; `"headset"` is what the
-    headset's camera sees, `Box(0, 255, (84, 84, 3), uint8)`: buildings, shed, table and hand, without labels.
+    `observation="flat"` is the same in one `Box`, the parts joined in the order of their names. `"pixels"` is the table from
+    above, `Box(0, 255, (96, W, 3), uint8)`; `"headset"` is what the headset's camera sees, `Box(0, 255, (84, 84, 3), uint8)`: buildings, shed, table and hand, without labels.
 
     ## Rewards
 
@@ -167,7 +175,7 @@ class FarmToTableEnv(RecordedEnv):
     |---|---|---|
     | `scene` | `"farm"` | a built-in scene's name, a `.json` file, or a `Scene` |
     | `control`, `action` | by id | see Action Space |
-    | `observation` | `"state"` | or `"pixels"`, `"headset"` |
+    | `observation` | `"state"` | or `"flat"`, `"pixels"`, `"headset"` |
     | `knowledge` | `"white-box"` | or `"black-box"`: the policy sees the table, not the headset's belief state |
     | `reward`, `sign`, `effort_weight` | `"identity"`, 1, .25 | see Rewards |
     | `reid` | `"spatial"` | `likelihood`, `relational`, `nearest`, `distance`, `squared-distance`, `last-known`, or a function from a `Scene` to a `Reidentifier` |
@@ -225,7 +233,7 @@ class FarmToTableEnv(RecordedEnv):
         self._observation = OBSERVATIONS[config.observation](self._scene, config)
         self._features = Features(self._scene)
         self.action_space, self.observation_space = self._control.space, self._observation.space
-        self._masked = isinstance(self.action_space, gym.spaces.MultiDiscrete)
+        self._masked = isinstance(self.action_space, gym.spaces.MultiDiscrete | gym.spaces.Discrete)
         if config.control == "hand":
             self.metadata = {**self.metadata, "render_fps": config.steps_per_second}
         self.metadata = {**self.metadata, "render_modes": list(render_modes())}
@@ -296,7 +304,9 @@ class FarmToTableEnv(RecordedEnv):
         """
         mask = self._control.mask(self.view)
         if mask is None:
-            raise OptionError("action", "must be displacement or slot for masks", self._config.action)
+            raise OptionError(
+                "action", "must be discrete, displacement or slot for masks", self._config.action
+            )
         return mask
 
     def observe(self) -> Any:

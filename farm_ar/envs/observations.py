@@ -118,6 +118,23 @@ class StateObservation:
         return dict(zip(self._names, self._parts_of(features.numbers.copy()), strict=True))
 
 
+class FlatObservation:
+    """The same numbers in one Box, for learners that know no Dict; joined by name, as Gymnasium flattens one.
+
+    Args:
+        state: the numbers by name.
+    """
+
+    def __init__(self, state: StateObservation) -> None:
+        self._state = state
+        self.space: spaces.Space[Any] = spaces.flatten_space(state.space)
+
+    def observe(self, features: Features, left: Left, world: World) -> npt.NDArray[np.float32]:
+        """(L,) the observation of one moment."""
+        parts = self._state.observe(features, left, world)
+        return np.concatenate([parts[name] for name in sorted(parts)])
+
+
 class PixelObservation:
     """The table from above, (H, W, 3) bytes.
 
@@ -161,8 +178,13 @@ class HeadsetObservation:
         return self._picture.draw(world.render_state())
 
 
+def _state(scene: Scene, config: EnvConfig) -> StateObservation:
+    return StateObservation(scene.layout, config.white_box, config.control == "hand")
+
+
 OBSERVATIONS: dict[str, Callable[[Scene, EnvConfig], Observation]] = {
-    "state": lambda scene, config: StateObservation(scene.layout, config.white_box, config.control == "hand"),
+    "state": _state,
+    "flat": lambda scene, config: FlatObservation(_state(scene, config)),
     "pixels": lambda scene, config: PixelObservation(scene, config.white_box),
     "headset": lambda scene, config: HeadsetObservation(scene),
 }

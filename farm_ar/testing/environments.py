@@ -131,18 +131,20 @@ def check_masks(make_env: MakeEnv, seed: int = 0, steps: int = 60) -> None:
     if action_mask(env) is None:
         return
     space = env.action_space
-    assert isinstance(space, spaces.MultiDiscrete)
+    assert isinstance(space, spaces.Discrete | spaces.MultiDiscrete)
+    choices = space.nvec if isinstance(space, spaces.MultiDiscrete) else np.array([space.n])
     for i in range(steps):
         mask = action_mask(env)
-        wanted = (int(space.nvec.sum()),)
+        wanted = (int(choices.sum()),)
         require(mask.dtype == np.bool_ and mask.shape == wanted, f"step {i}: a mask must be {wanted} of bool")
-        for k, part in enumerate(np.split(mask, np.cumsum(space.nvec)[:-1])):
+        for k, part in enumerate(np.split(mask, np.cumsum(choices)[:-1])):
             require(bool(part.any()), f"step {i}: the mask leaves no choice in dimension {k}")
-        if isinstance(inner, FarmToTableEnv):
-            first, view = mask[: int(space.nvec[0])], inner.view
+        if isinstance(inner, FarmToTableEnv) and inner.config.control != "hand":
+            first, view = mask[: int(choices[0])], inner.view
             require(bool(first[-1]), f"step {i}: the mask forbids to leave")
+            by_object = first[:-1].reshape(len(view.movable), -1).any(axis=1)
             in_view = view.in_view[view.movable]
-            require(not np.any(first[:-1] & ~in_view), f"step {i}: the mask allows what is out of view")
+            require(not np.any(by_object & ~in_view), f"step {i}: the mask allows what is out of view")
         action = random_action(env)
         require(
             space.contains(action), f"step {i}: the mask allows {action}, which is not in the action space"

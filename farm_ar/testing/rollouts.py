@@ -84,15 +84,19 @@ def random_action(env: Env) -> Any:
     if mask is None:
         return env.action_space.sample()
     space = env.action_space
+    if isinstance(space, spaces.Discrete):
+        return space.sample(mask=mask.astype(np.int8))
     assert isinstance(space, spaces.MultiDiscrete)
     parts = np.split(mask.astype(np.int8), np.cumsum(space.nvec)[:-1])
     return space.sample(mask=tuple(parts))
 
 
 def action_mask(env: Env) -> Any:
-    """The mask of an environment with several discrete choices and `action_masks()`; None of another."""
+    """The mask of an environment with discrete choices and `action_masks()`; None of another."""
     inner = env.unwrapped
-    if isinstance(env.action_space, spaces.MultiDiscrete) and hasattr(inner, "action_masks"):
+    if isinstance(env.action_space, spaces.Discrete | spaces.MultiDiscrete) and hasattr(
+        inner, "action_masks"
+    ):
         return inner.action_masks()
     return None
 

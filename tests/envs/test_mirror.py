@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from farm_ar.envs import FarmToTableEnv
-from farm_ar.envs.actions import MOVE_ACTIONS, Move, VelocityAction
+from farm_ar.envs.actions import MOVE_ACTIONS, Move, OffsetsAction, VelocityAction
 from farm_ar.envs.observations import mirror
 from farm_ar.envs.table import TableView
 from farm_ar.geometry import wrap
@@ -12,6 +12,7 @@ from farm_ar.scenes import builtin_scene
 
 FARM = builtin_scene("farm")
 WIDTH = FARM.size[0]
+PLACING = {**MOVE_ACTIONS, "offsets": OffsetsAction}
 
 
 def pose(position, yaw, mirrored):
@@ -88,13 +89,13 @@ def test_the_mirror_of_a_mirror_is_the_first():
         np.testing.assert_array_equal(values, seen[name])
 
 
-@pytest.mark.parametrize("name", MOVE_ACTIONS)
+@pytest.mark.parametrize("name", PLACING)
 def test_an_action_in_the_mirror_does_the_mirrored_thing(name, pair):
     here, there = pair
     view, other = here.view, there.view
     # Objects keep their numbers in the mirror; from left to right they would have others.
     other = TableView(other.scene, other.truth, other.believed, other.camera, view.order, view.movable)
-    action = MOVE_ACTIONS[name](10, 5, 1.0)
+    action = PLACING[name](10, 5, 1.0)
     action.space.seed(0)
     found = 0
     for _ in range(60):
@@ -115,7 +116,7 @@ def test_an_action_in_the_mirror_does_the_mirrored_thing(name, pair):
 
 @pytest.mark.parametrize("name", ["displacement", "slot"])
 def test_the_end_of_a_turn_is_its_own_mirror_image(name, pair):
-    action = MOVE_ACTIONS[name](10, 5, 1.0)
+    action = PLACING[name](10, 5, 1.0)
     ended = action.encode([], pair[0].view)
     np.testing.assert_array_equal(action.mirror(ended), ended)
     np.testing.assert_array_equal(action.mirror(np.stack([ended, ended])), [ended, ended])
@@ -130,10 +131,10 @@ def test_a_steered_hand_goes_the_other_way_in_the_mirror():
     assert twist == pytest.approx(np.pi)
 
 
-@pytest.mark.parametrize("name", MOVE_ACTIONS)
+@pytest.mark.parametrize("name", PLACING)
 def test_what_is_encoded_is_decoded_to_the_move_that_was_possible(name, pair):
     view = pair[0].view
-    action = MOVE_ACTIONS[name](10, 5, 1.0)
+    action = PLACING[name](10, 5, 1.0)
     action.space.seed(1)
     seen = [int(i) for i in view.movable if view.in_view[i]]
     rng = np.random.default_rng(0)

@@ -19,9 +19,9 @@ ARGUMENTS = [
     ("scene", 3, "a Scene, the name of a built-in one, or a .json file"),
     ("scene", builtin_scene("L1"), "a fixed object, the shed"),
     ("control", "feet", "hand, layout, move"),
-    ("action", "offsets", "continuous, displacement, slot"),
-    ("action", "", "continuous, displacement, slot"),
-    ("observation", "sound", "headset, pixels, state"),
+    ("action", "offsets", "continuous, discrete, displacement, slot"),
+    ("action", "", "continuous, discrete, displacement, slot"),
+    ("observation", "sound", "flat, headset, pixels, state"),
     ("knowledge", "grey-box", "black-box, white-box"),
     ("reward", "fame", "endpoint, identity, margin, miscount"),
     ("reid", "magic", "distance, last-known, likelihood, nearest"),
@@ -54,7 +54,7 @@ ARGUMENTS = [
     ("moves", 10**9, "at most 1e+06"),
     ("play_seconds", 1j, "a number not below 0"),
     ("jitter", ["easy"], "default, easy, hard, none"),
-    ("action", np.array(["slot"]), "continuous, displacement, slot"),
+    ("action", np.array(["slot"]), "continuous, discrete, displacement, slot"),
     ("control", None, "hand, layout, move"),
     ("effort_weight", -1, "a number not below 0"),
     ("play_seconds", None, "a number not below 0"),
@@ -281,7 +281,9 @@ def test_a_step_after_the_end_asks_for_a_reset():
 def test_masks_of_continuous_actions_are_refused():
     env = FarmToTableEnv(action="continuous")
     env.reset(seed=0)
-    with pytest.raises(OptionError, match="action: must be displacement or slot for masks, got 'continuous'"):
+    with pytest.raises(
+        OptionError, match="action: must be discrete, displacement or slot for masks, got 'continuous'"
+    ):
         env.action_masks()
 
 

@@ -10,7 +10,7 @@ from farm_ar.agents.policies.base import Policy, action_of, moves_left
 from farm_ar.agents.policies.beam_search import search
 from farm_ar.agents.policies.plan_steps import SHARES, Allowance, Table, Terms
 from farm_ar.envs import FarmToTableEnv
-from farm_ar.envs.actions import MOVE_ACTIONS, Move
+from farm_ar.envs.actions import LAYOUT_ACTIONS, MOVE_ACTIONS, Move
 from farm_ar.envs.generator import unit_of
 from farm_ar.envs.table import TableView
 from farm_ar.errors import OptionError
@@ -63,7 +63,7 @@ def terms_of(scene: Scene, action: str, effort_weight: float) -> Terms:
         action: by name.
         effort_weight: price of a unit of effort beside a wrong label.
     """
-    weights, can = scene.cost_weights, MOVE_ACTIONS[action]
+    weights, can = scene.cost_weights, {**LAYOUT_ACTIONS, **MOVE_ACTIONS}[action]
     return Terms(
         weights.translation / scene.diagonal,
         weights.rotation,

@@ -50,7 +50,7 @@ class GreedyPolicy(Policy):
 
     def _actions(self, env: FarmToTableEnv) -> list[Any]:
         space = env.action_space
-        if isinstance(space, spaces.MultiDiscrete):
+        if isinstance(space, spaces.Discrete | spaces.MultiDiscrete):
             return list(allowed_actions(env))
         anything = RandomPolicy(self._rng)
         still = np.zeros(space.shape or (), dtype=np.float32)
@@ -58,8 +58,10 @@ class GreedyPolicy(Policy):
 
 
 def allowed_actions(env: FarmToTableEnv) -> IntArray:
-    """(A, D) all discrete actions that make sense now; leaving once, whatever its other numbers."""
+    """(A, D), or (A,) of one number, all discrete actions that make sense now; leaving once."""
     space = env.action_space
+    if isinstance(space, spaces.Discrete):
+        return np.flatnonzero(env.action_masks())
     assert isinstance(space, spaces.MultiDiscrete)
     ends = np.cumsum(space.nvec)[:-1]
     which, *others = (np.flatnonzero(part) for part in np.split(env.action_masks(), ends))

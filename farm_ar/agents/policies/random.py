@@ -24,6 +24,8 @@ class RandomPolicy(Policy):
     def act(self, env: FarmToTableEnv) -> Any:
         """One at random."""
         space = env.action_space
+        if isinstance(space, spaces.Discrete):
+            return self._rng.choice(np.flatnonzero(env.action_masks()))
         if isinstance(space, spaces.MultiDiscrete):
             ends = np.cumsum(space.nvec)[:-1]
             allowed = [np.flatnonzero(part) for part in np.split(env.action_masks(), ends)]

@@ -180,4 +180,4 @@ def load_shipped(name: str) -> TrainedPolicy:
 
 
 def _discrete(env: FarmToTableEnv) -> bool:
-    return isinstance(env.action_space, spaces.MultiDiscrete)
+    return isinstance(env.action_space, spaces.Discrete | spaces.MultiDiscrete)

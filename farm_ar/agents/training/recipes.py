@@ -61,7 +61,7 @@ def check_fit(algorithm: str, policy: str, env: gym.Env[Any, Any]) -> None:
     space = env.action_space
     if algorithm == "sac" and not isinstance(space, spaces.Box):
         raise OptionError("algo", "must be ppo or maskable-ppo for discrete actions", algorithm)
-    if algorithm == "maskable-ppo" and not isinstance(space, spaces.MultiDiscrete):
+    if algorithm == "maskable-ppo" and isinstance(space, spaces.Box):
         raise OptionError("algo", "must be ppo or sac for continuous actions", algorithm)
     state = isinstance(env.observation_space, spaces.Dict)
     if policy == "ObjectPolicy" and (algorithm != "maskable-ppo" or not state):

@@ -1,93 +1,18 @@
-"""The actions, by name: from what an agent says to what the hand does."""
+"""Actions that ask for moves of single objects, or of all at once."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
-from math import isfinite
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from gymnasium import spaces
-from gymnasium.error import InvalidAction
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
+from farm_ar.envs.actions.base import Move, MoveAction
 from farm_ar.envs.table import TableView
-from farm_ar.errors import LONGEST_VALUE
-from farm_ar.game_logic.physics.gripper import MAX_HAND_SPEED, MAX_TWIST
 from farm_ar.geometry import wrap
-
-
-@dataclass(frozen=True, eq=False)
-class Move:
-    """One pick-and-place.
-
-    Args:
-        index: the object, as the layout numbers them.
-        displacement: (2,) metres in x and z.
-        turn: radians, clockwise.
-    """
-
-    index: int
-    displacement: FloatArray
-    turn: float
-
-
-class Action(ABC):
-    """What an agent says: its space, what it means, and all else that depends on how it is encoded.
-
-    Attributes:
-        control: the control that understands it.
-        space: its Gymnasium space.
-    """
-
-    control: ClassVar[str]
-    space: spaces.Space[Any]
-
-    def mask(self, view: TableView) -> BoolArray | None:
-        """Which choices make sense, flat over the dimensions; None where nothing can be masked."""
-        return None
-
-    @abstractmethod
-    def mirror(self, action: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """(..., D) what does to the table's mirror image, x turned round, what actions do to the table."""
-
-
-class MoveAction(Action):
-    """An action that says which objects to pick and where to place them, or to end the turn.
-
-    Args:
-        movable: N, how many objects can be moved.
-        kinds: how many of these are of one kind at most.
-        unit_m: how much larger the scene is than the farm's table, by diagonal.
-
-    Attributes:
-        reach_m: the farthest that it carries along x and along z, metres on the farm's table.
-        reach_rad: the farthest that it turns, radians.
-        levels: how many levels lie between the two ends of either reach; 0 where anything between can be had.
-    """
-
-    control = "move"
-    reach_m: ClassVar[float] = np.inf
-    reach_rad: ClassVar[float] = np.inf
-    levels: ClassVar[int] = 0
-
-    @abstractmethod
-    def __init__(self, movable: int, kinds: int, unit_m: float) -> None: ...
-
-    @abstractmethod
-    def decode(self, action: Any, view: TableView) -> list[Move] | None:
-        """The moves that the action asks for, before the budget; None to end the turn."""
-
-    @abstractmethod
-    def encode(self, moves: Sequence[Move], view: TableView) -> npt.NDArray[Any]:
-        """(D,) makes the first of the moves, or all if it can; without any it ends the turn."""
-
-    @abstractmethod
-    def possible(self, move: Move, view: TableView) -> Move:
-        """The move that an action can ask for in place of the one wanted, whatever is left of the budget."""
 
 
 class DisplacementAction(MoveAction):
@@ -241,7 +166,6 @@ class ContinuousAction(MoveAction):
 class OffsetsAction(MoveAction):
     """A whole visit: for each object x, z (+- 0.15 m) and yaw (+- 45 degrees)."""
 
-    control = "layout"
     reach_m, reach_rad = 0.15, float(np.pi / 4)
 
     def __init__(self, movable: int, kinds: int, unit_m: float) -> None:
@@ -274,76 +198,6 @@ class OffsetsAction(MoveAction):
         signs = np.array([-1, 1, -1], dtype=action.dtype)
         turned: npt.NDArray[Any] = action.reshape(*action.shape[:-1], -1, 3) * signs
         return turned.reshape(action.shape)
-
-
-class VelocityAction(Action):
-    """The hand, steered: velocity x, z (1 is 1.5 m/s), twist (1 is pi rad/s), grip when positive."""
-
-    control = "hand"
-
-    def __init__(self) -> None:
-        self.space = spaces.Box(-1.0, 1.0, (4,), np.float32)
-
-    def decode(self, action: list[float]) -> tuple[float, float, float, bool]:
-        """Velocity along x and z, metres a second; twist, radians a second; whether the hand is closed."""
-        x, z, twist, grip = action
-        if not (-1.0 <= x <= 1.0 and -1.0 <= z <= 1.0 and -1.0 <= twist <= 1.0):
-            x, z, twist = (min(max(value, -1.0), 1.0) for value in (x, z, twist))
-        return MAX_HAND_SPEED * x, MAX_HAND_SPEED * z, MAX_TWIST * twist, grip > 0
-
-    def mirror(self, action: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """(..., 4) the other way along x and round."""
-        turned: npt.NDArray[Any] = action * np.array([-1, 1, -1, 1], dtype=action.dtype)
-        return turned
-
-
-MOVE_ACTIONS: dict[str, type[MoveAction]] = {
-    "displacement": DisplacementAction,
-    "slot": SlotAction,
-    "continuous": ContinuousAction,
-    "offsets": OffsetsAction,
-}
-"""The actions that ask for moves, by name."""
-
-ACTIONS: dict[str, type[Action]] = {**MOVE_ACTIONS, "velocity": VelocityAction}
-"""All actions by name; the first of a control is its default."""
-
-_SINGLE = np.dtype(np.float32)
-
-
-def checked_action(action: Any, space: spaces.Space[Any]) -> list[Any]:
-    """The action as a list of numbers, if it can be carried out; those beyond a `Box` can, they are clipped.
-
-    Raises:
-        gymnasium.error.InvalidAction: it has the wrong shape, is not finite, or is no choice that there is.
-    """
-    # What agents send most, checked without the detours: no finite numbers have a sum that is not.
-    plain = type(action) is np.ndarray and action.dtype is _SINGLE and type(space) is spaces.Box
-    if plain and action.ndim == 1 and action.shape == space.shape:
-        numbers: list[Any] = action.tolist()
-        if isfinite(sum(numbers)):
-            return numbers
-    whole = isinstance(space, spaces.MultiDiscrete)
-    try:
-        given = np.asarray(action)
-        right = given.shape == space.shape and given.dtype.kind in ("iu" if whole else "biuf")
-        with np.errstate(over="ignore"):  # of a longer float
-            values = given.astype(np.int64 if whole else np.float64) if right else given
-        right = right and bool(np.isfinite(values).all())
-    except (TypeError, ValueError, OverflowError):
-        right = False
-    if right and isinstance(space, spaces.MultiDiscrete):
-        right = bool(((given >= 0) & (given < space.nvec)).all())
-    if not right:
-        raise InvalidAction(f"action: must be in {space}, got {_shown(action)}")
-    listed: list[Any] = values.tolist()
-    return listed
-
-
-def _shown(action: Any) -> str:
-    """The beginning of what was given, on one line."""
-    shown = " ".join(repr(action).split())
-    return shown if len(shown) <= LONGEST_VALUE else f"{shown[:LONGEST_VALUE]} ..."
 
 
 def _clipped(move: Move, reach_m: float, reach_rad: float) -> Move:
