@@ -8,6 +8,7 @@ from farm_ar.arrays import BoolArray, FloatArray
 
 _ON_EDGE = 1e-12
 _FEW = 256
+_AT_ONCE = 100_000
 
 
 def polygon_area(corners: FloatArray) -> float:
@@ -30,14 +31,17 @@ def in_polygon(points: FloatArray, corners: FloatArray) -> BoolArray:
     scale = float(np.ptp(corners, axis=0).max())
     inside = np.zeros(points.shape[:-1], dtype=np.bool_)
     edge = np.zeros_like(inside)
-    for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-        side, offset = end - start, points - start
-        across = side[0] * offset[..., 1] - side[1] * offset[..., 0]
-        level = (start[1] > points[..., 1]) != (end[1] > points[..., 1])
-        inside ^= level & ((across > 0) == (side[1] > 0))
-        along = np.clip(offset @ side / (side @ side), 0.0, 1.0)
+    following, offsets = np.roll(corners, -1, axis=0), points[..., None, :]
+    step = max(1, _AT_ONCE // max(inside.size, 1))
+    for k in range(0, len(corners), step):
+        start, end = corners[k : k + step], following[k : k + step]
+        side, offset = end - start, offsets - start  # (..., S, 2)
+        across = side[:, 0] * offset[..., 1] - side[:, 1] * offset[..., 0]
+        level = (start[:, 1] > offsets[..., 1]) != (end[:, 1] > offsets[..., 1])
+        inside ^= np.logical_xor.reduce(level & ((across > 0) == (side[:, 1] > 0)), axis=-1)
+        along = np.clip((offset * side).sum(axis=-1) / (side * side).sum(axis=-1), 0.0, 1.0)
         away = np.abs(offset - along[..., None] * side).max(axis=-1)
-        edge |= away <= _ON_EDGE * scale
+        edge |= (away <= _ON_EDGE * scale).any(axis=-1)
     return inside | edge
 
 

@@ -6,12 +6,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.stats import multivariate_normal, norm
 
 from farm_ar.benchmark.suite import made_examples
 from farm_ar.benchmark.worlds import ROWS
 from farm_ar.reid.plausibility import check, frames, set_aside
 from farm_ar.reid.plausibility.frames import Ratio, ratios
+from farm_ar.reid.plausibility.kernels import TURNS, best_motions
 from farm_ar.reid.plausibility.patterns import Variant, log_evidence, places_of
+from farm_ar.reid.registration import RigidMotion
 from farm_ar.scenes import (
     BUILTIN,
     UNKNOWN,
@@ -392,3 +395,62 @@ def test_those_who_walk_past_one_another_are_not_mirrored():
     camera = Camera(np.array([3.0, 2.5]), np.asarray(0.0), FieldOfView(np.pi, np.pi, 5.0))
     seen = Detections(walkers[1], after, yaw, np.full((n, 3), 0.4))
     assert check(scene, Snapshot(camera, seen)) == ()
+
+
+def test_evidence_is_the_mean_over_scales_of_the_product_of_mixtures():
+    scene = world(seed=3)
+    snapshot = look(scene, seed=3)
+    places, seen, layout = places_of(scene), snapshot.detections, scene.layout
+    codes = np.array([layout.categories.index(name) for name in seen.category])
+    codes[0] = UNKNOWN
+    yaw = np.where(np.arange(len(seen)) == 1, np.nan, seen.yaw)
+    variants = [
+        Variant(seen.position + np.array((x, 0.3)), yaw + x, 0.7, close)
+        for x in (0.0, 4.0)
+        for close in (0, 1)
+    ]
+    middle, extent = layout.position.mean(axis=0), places.extent
+    expected = []
+    for position, heading, volume, close in variants:
+        terms = []
+        for shift in places.widths:
+            for turn in (*TURNS, np.inf):
+                near = []
+                for i, at in enumerate(position):
+                    may = [j for j in range(len(layout)) if codes[i] in (UNKNOWN, layout.category_code[j])]
+                    around = multivariate_normal(at, shift**2 * np.eye(2)).pdf(layout.position[may])
+                    off = heading[i] - layout.yaw[may] + 2 * np.pi * np.arange(-3, 4)[:, None]
+                    off = np.where(np.isnan(off), 0.0, off)
+                    told = np.isfinite(turn) and np.isfinite(heading[i])
+                    facing = norm(0, turn).pdf(off).sum(axis=0) if told else 1 / (2 * np.pi)
+                    away = ((at - middle) ** 2).sum()
+                    anywhere = multivariate_normal(middle, extent**2 * np.eye(2)).pdf(at)
+                    anywhere = anywhere / 2 + extent / (4 * np.pi * (away + extent**2) ** 1.5)
+                    near.append(0.7 * np.mean(around * facing) + 0.3 * anywhere / (2 * np.pi))
+                terms.append(0.0 if close and shift > 0.35 * places.spacing else np.prod(near))
+        outside = (~scene.bounds.contains(position)).sum()
+        expected.append(np.log(np.mean(terms)) + volume + outside * np.log(0.05))
+    assert log_evidence(places, codes, variants) == pytest.approx(expected, rel=1e-6)
+
+
+def test_all_motions_that_fit_equally_well_are_found():
+    rng = np.random.default_rng(0)
+    square = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 2.0), (0.0, 2.0)])
+    turn, shift = 0.4, np.array([30.0, -7.0])
+    sine, cosine = np.sin(turn), np.cos(turn)
+    # From where things were detected, `turn` clockwise takes them to the labels.
+    detected = (square - shift) @ np.array([[cosine, sine], [-sine, cosine]])
+    found = best_motions(detected, np.ones((4, 4), dtype=bool), square, 1.0, 2.3)
+    turns = np.sort(np.remainder(found[:, 4], 2 * np.pi))
+    assert turns == pytest.approx(sorted(np.remainder([turn, turn + np.pi], 2 * np.pi)), abs=1e-6)
+    lone = np.vstack([square, [(5.0, 0.3)]])
+    detected = (lone - shift) @ np.array([[cosine, sine], [-sine, cosine]]) + rng.normal(0, 1e-6, (5, 2))
+    (one,) = best_motions(detected, np.ones((5, 5), dtype=bool), lone, 1.0, 5.0)
+    assert RigidMotion(one[:2], one[2:4], one[4]).position(detected) == pytest.approx(lone, abs=1e-4)
+
+
+def test_what_follows_from_a_scene_is_worked_out_once_for_each():
+    scene = world(seed=3)
+    assert places_of(scene) is places_of(scene)
+    twice = scene.knowing(scene.layout.with_poses(2 * scene.layout.position, scene.layout.yaw))
+    assert places_of(twice).extent == pytest.approx(2 * places_of(scene).extent)

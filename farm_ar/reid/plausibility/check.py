@@ -26,7 +26,7 @@ def check(scene: Scene, snapshot: Snapshot) -> tuple[Finding, ...]:
         scene: the reference layout and its place.
         snapshot: what was seen.
     """
-    found = [*check_names(scene.layout)]
+    found = list(check_names(scene.layout))
     layout, seen = scene.layout, snapshot.detections
     sound = np.isfinite(seen.position).all(axis=1)
     if not sound.any() or not len(layout):

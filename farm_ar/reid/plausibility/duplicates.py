@@ -8,6 +8,7 @@ import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.geometry import footprint_corners, inside_footprint
+from farm_ar.reid.plausibility.kept import kept
 from farm_ar.scenes import Detections, Layout
 
 SURE, LESS_SURE, IN_DOUBT = 0.92, 0.75, 0.5
@@ -74,15 +75,25 @@ class _Kind(NamedTuple):
     @classmethod
     def of(cls, name: str | None, seen: Detections, layout: Layout, spacing: float) -> _Kind:
         number = sum(name in (None, one) for one in seen.category)
-        known = layout.subset([j for j, one in enumerate(layout.category) if name in (None, one)])
-        pairs = _neighbours(known, spacing)
-        share = np.array([_coincide(known, a, b, spacing) for a, b in pairs.tolist()])
-        return cls(number > len(known), known.position[pairs[:, 0]], share, PILE * spacing)
+        found = _piles(layout)
+        if (name, spacing) not in found:
+            known = layout.subset([j for j, one in enumerate(layout.category) if name in (None, one)])
+            pairs = _neighbours(known, spacing)
+            share = np.array([_coincide(known, a, b, spacing) for a, b in pairs.tolist()])
+            found[name, spacing] = len(known), known.position[pairs[:, 0]], share
+        labels, place, share = found[name, spacing]
+        return cls(number > labels, place, share, PILE * spacing)
 
     def piled(self, position: FloatArray, least: float) -> bool:
         """Whether labels that coincide as nearly were near a place (2,)."""
         near = np.linalg.norm(self.place - position, axis=1) <= self.near
         return bool((near & (self.share >= least)).any())
+
+
+@kept
+def _piles(layout: Layout) -> dict[tuple[str | None, float], tuple[int, FloatArray, FloatArray]]:
+    """By category and spacing, filled when asked for: how many labels, and which coincide, as in `_Kind`."""
+    return {}
 
 
 def _neighbours(things: Detections | Layout, spacing: float) -> IntArray:

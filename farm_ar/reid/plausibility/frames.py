@@ -2,28 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from farm_ar.arrays import BoolArray, FloatArray, IntArray
+from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.geometry import bearing, direction, distance
 from farm_ar.geometry.angles import wrap
 from farm_ar.reid.plausibility.finding import Finding
+from farm_ar.reid.plausibility.kernels import EQUAL, best_motions
 from farm_ar.reid.plausibility.patterns import (
-    ANYWHERE,
-    LEAST_SHIFT,
     MOST_DETECTIONS,
     Places,
     Variant,
     log_evidence,
     log_mean,
+    may_be,
     places_of,
 )
 from farm_ar.reid.plausibility.sizes import UNITS
-from farm_ar.reid.registration import RigidMotion, register
-from farm_ar.scenes import UNKNOWN, Camera, Scene, Snapshot, World
+from farm_ar.reid.registration import RigidMotion
+from farm_ar.scenes import Camera, Scene, Snapshot, World
 
 TELLING = 6.5
 """Logarithm of the ratio of likelihoods from which on a snapshot is believed to be written down wrongly."""
@@ -45,12 +45,8 @@ SELDOM = 1e-3
 
 RADIAN = float(np.rad2deg(1.0))
 
-FEWEST, MOST_LABELS, MOST_CANDIDATES, BEST = 3, 200, 2000, 3
-"""Detections from which on, and labels up to which, a motion of the frame is looked for; motions that are
-proposed, and refined."""
-
-TOLERANCE = 0.3
-"""By how much two distances may differ, by the labels' spacing, and be of one pair."""
+FEWEST, MOST_LABELS = 3, 200
+"""Detections from which on, and labels up to which, a motion of the frame is looked for."""
 
 FAR = 0.5
 """By how much a motion of the frame must shift a detection, by the labels' spacing, to matter."""
@@ -167,21 +163,22 @@ def _conventions(places: Places, given: Variant, world: World) -> Hypotheses:
     position, yaw = given.position, given.yaw
     corners = places.position if places.bounds is None else places.bounds.corners
     middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
+    negated, less, around = -yaw, np.pi / 2 - yaw, np.pi - yaw
     mirrored: list[tuple[str, Variant]] = []
     for pivot in (np.zeros(2), middle):
-        mirrored += _mirrored(position, yaw, pivot, world)
-    for turned in (np.pi / 2 - yaw, yaw, -yaw):
-        exchanged = " and ".join(sorted(world.floor_axes))
-        mirrored.append((f"{exchanged} exchanged", Variant(position[:, ::-1], turned, 0.0, True)))
+        mirrored += _mirrored(position, (negated, around, yaw), pivot, world)
+    exchanged, there = " and ".join(sorted(world.floor_axes)), position[:, ::-1]
+    for turned in (less, yaw, negated):
+        mirrored.append((f"{exchanged} exchanged", Variant(there, turned, 0.0, True)))
     units = []
     coordinates = np.count_nonzero(position)  # what is exactly 0 is so in any unit
     for name, metres in UNITS.items():
         for factor, how in ((metres, f"taken as {name}"), (1 / metres, f"with the map taken as {name}")):
             units.append((how, Variant(position * factor, yaw, coordinates * float(np.log(factor)))))
     ways = {
-        "negated": -yaw,
-        f"as {'90' if world.frame == 'unity' else '-90'}° less themselves": np.pi / 2 - yaw,
-        "as 180° less themselves": np.pi - yaw,
+        "negated": negated,
+        f"as {'90' if world.frame == 'unity' else '-90'}° less themselves": less,
+        "as 180° less themselves": around,
     }
     every = {
         "mirrored": mirrored,
@@ -196,19 +193,12 @@ def _conventions(places: Places, given: Variant, world: World) -> Hypotheses:
 
 
 def _mirrored(
-    position: FloatArray, yaw: FloatArray, pivot: FloatArray, world: World
+    position: FloatArray, headings: Sequence[FloatArray], pivot: FloatArray, world: World
 ) -> Iterator[tuple[str, Variant]]:
     for axis, sides in zip(world.floor_axes, ((-1.0, 1.0), (1.0, -1.0)), strict=True):
-        for turned in (-yaw, np.pi - yaw, yaw):
-            there = pivot + (position - pivot) * sides
+        there = pivot + (position - pivot) * sides
+        for turned in headings:
             yield f"{axis} the other way", Variant(there, turned, 0.0, True)
-
-
-class _Motion(NamedTuple):
-    """A motion of the frame and the logarithm of how much of what was possible it is."""
-
-    motion: RigidMotion
-    log_share: float
 
 
 def _moved(places: Places, category: IntArray, given: Variant, world: World) -> Iterator[Ratio]:
@@ -220,14 +210,16 @@ def _moved(places: Places, category: IntArray, given: Variant, world: World) -> 
         ("frame", given.position, (given.yaw,)),
         ("mirrored", mirror, (np.pi - given.yaw, -given.yaw, given.yaw)),
     ):
-        found = _best_motion(places, category, position)
-        if found is None:
+        best: tuple[float, RigidMotion] | None = None
+        for one, log_share in _best_motions(places, category, position):
+            there = one.position(position)
+            variants = [Variant(there, one.yaw(yaw), log_share, kind == "mirrored") for yaw in headings]
+            mine = float(log_mean(log_evidence(places, category, variants)[None])[0])
+            best = (mine, one) if best is None or mine > best[0] + EQUAL else best
+        if best is None:
             continue
-        motion, log_share = found
+        evidence, motion = best
         there = motion.position(position)
-        mirrored = kind == "mirrored"
-        variants = [Variant(there, motion.yaw(yaw), log_share, mirrored) for yaw in headings]
-        evidence = float(log_mean(log_evidence(places, category, variants)[None])[0])
         shift = np.linalg.norm(there - given.position, axis=1)
         turn = float(wrap(motion.turn))
         mild = kind == "frame" and abs(turn) < MILD[0] and float(shift.mean()) < MILD[1] * places.spacing
@@ -245,100 +237,10 @@ def _motion_words(motion: RigidMotion, origin: FloatArray, world: World) -> str:
     return f"turned by {turn:.0f}° about the origin and shifted by {world.point(there)}"
 
 
-def _best_motion(places: Places, category: IntArray, position: FloatArray) -> _Motion | None:
-    """The rigid motion that best takes the detections to labels, of those that pairs of them propose."""
-    allowed = (category[:, None] == UNKNOWN) | (category[:, None] == places.category)
-    proposed = _proposed(places, allowed, position)
-    if proposed is None:
-        return None
-    width = LEAST_SHIFT * places.spacing * 5
-    scores = _scores(places, allowed, proposed.position(position), width)
-    best: tuple[float, RigidMotion] | None = None
-    for k in np.argsort(-scores, kind="stable")[:BEST]:
-        motion = RigidMotion(proposed.pivot[k], proposed.shift[k], proposed.turn[k])
-        for _ in range(3):
-            motion = _refined(places, allowed, position, motion, width)
-        score = float(_scores(places, allowed, motion.position(position)[None], width)[0])
-        if best is None or score > best[0]:
-            best = score, motion
-    assert best is not None
-    return _Motion(best[1], _log_share(places, allowed, position, best[1], width))
-
-
-def _proposed(places: Places, allowed: BoolArray, position: FloatArray) -> RigidMotion | None:
-    """Motions that take the detections farthest apart to two labels as far apart."""
-    between = np.linalg.norm(position[:, None] - position, axis=-1)
-    known = np.linalg.norm(places.position[:, None] - places.position, axis=-1)
-    order = np.argsort(-np.triu(between, 1), axis=None, kind="stable")[:3]
-    pivots, shifts, turns = [], [], []
-    for a, b in zip(*np.unravel_index(order, between.shape), strict=True):
-        if not between[a, b] > 0:
-            continue
-        near = np.abs(known - between[a, b]) <= TOLERANCE * places.spacing
-        first, second = np.nonzero(near & allowed[a][:, None] & allowed[b] & (known > 0))
-        step = 1 + len(first) // MOST_CANDIDATES
-        first, second = first[::step], second[::step]
-        towards = places.position[second] - places.position[first]
-        mine = position[b] - position[a]
-        turns.append(np.arctan2(towards[:, 0], towards[:, 1]) - np.arctan2(mine[0], mine[1]))
-        middle = (position[a] + position[b]) / 2
-        shifts.append((places.position[first] + places.position[second]) / 2 - middle)
-        pivots.append(np.broadcast_to(middle, shifts[-1].shape))
-    if not turns or not sum(map(len, turns)):
-        return None
-    return RigidMotion(np.concatenate(pivots), np.concatenate(shifts), np.concatenate(turns))
-
-
-def _weights(places: Places, allowed: BoolArray, position: FloatArray, width: float) -> FloatArray:
-    """(..., N, M) densities of places (..., N, 2) around the labels that each may be."""
-    square = ((position[..., :, None, :] - places.position) ** 2).sum(axis=-1)
-    density: FloatArray = np.where(allowed, np.exp(-square / (2 * width**2)), 0.0) / (2 * np.pi * width**2)
-    return density
-
-
-def _scores(places: Places, allowed: BoolArray, position: FloatArray, width: float) -> FloatArray:
-    near = _weights(places, allowed, position, width).sum(axis=-1) / allowed.sum(axis=-1)
-    total: FloatArray = np.log((1 - ANYWHERE) * near + ANYWHERE / places.extent**2).sum(axis=-1)
-    return total
-
-
-def _shares(places: Places, allowed: BoolArray, there: FloatArray, width: float) -> FloatArray:
-    """(N, M) probability that each detection is each label's object, stayed there."""
-    weight = (1 - ANYWHERE) * _weights(places, allowed, there, width) / allowed.sum(axis=-1, keepdims=True)
-    share: FloatArray = weight / (weight.sum(axis=1, keepdims=True) + ANYWHERE / places.extent**2)
-    return share
-
-
-def _refined(
-    places: Places, allowed: BoolArray, position: FloatArray, motion: RigidMotion, width: float
-) -> RigidMotion:
-    share = _shares(places, allowed, motion.position(position), width)
-    total = share.sum(axis=1)
-    if np.count_nonzero(total > 1e-3) < 2:
-        return motion
-    target = share @ places.position / np.maximum(total, 1e-300)[:, None]
-    pivot = (total[:, None] * position).sum(axis=0) / total.sum()
-    return register(position, target, total / width**2, pivot).motion
-
-
-def _log_share(
-    places: Places, allowed: BoolArray, position: FloatArray, motion: RigidMotion, width: float
-) -> float:
-    """Logarithm of the prior probability of all motions that fit about as well (Laplace's approximation)."""
-    there = motion.position(position)
-    share = _shares(places, allowed, there, width)
-    total = float(share.sum())
-    if not total > 0:
-        return -np.inf
-    square = ((there[:, None] - places.position) ** 2).sum(axis=-1)
-    spread = np.sqrt((share * square).sum() / (2 * total)) + LEAST_SHIFT * places.spacing
-    weight = share.sum(axis=1)
-    middle = (weight[:, None] * there).sum(axis=0) / total
-    arm = (
-        np.sqrt((weight * ((there - middle) ** 2).sum(axis=-1)).sum() / total) + places.spacing * LEAST_SHIFT
-    )
-    shift = float(np.linalg.norm(motion.about(places.position.mean(axis=0)).shift))
-    extent = places.extent
-    prior = np.log(extent / (2 * np.pi * (extent**2 + shift**2) ** 1.5)) - np.log(2 * np.pi)
-    turns = min(2 * np.pi, np.sqrt(2 * np.pi / total) * spread / arm)
-    return float(prior + np.log(2 * np.pi * spread**2 / total) + np.log(turns))
+def _best_motions(
+    places: Places, category: IntArray, position: FloatArray
+) -> Iterator[tuple[RigidMotion, float]]:
+    """The rigid motions that best take the detections to labels; and logarithms of their shares of all."""
+    position, allowed = np.ascontiguousarray(position), may_be(places, category)
+    for found in best_motions(position, allowed, places.position, places.spacing, places.extent):
+        yield RigidMotion(found[:2], found[2:4], found[4]), float(found[5])

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 
 from farm_ar.reid.plausibility.finding import Finding
+from farm_ar.reid.plausibility.kept import kept
 from farm_ar.scenes import Layout
 
 _CYRILLIC = dict(zip("асеорхујіѕԁһԛԝкмтАВСЕНІЈКМОРЅТХУ", "aceopxyjisdhqwkmtABCEHIJKMOPSTXY", strict=True))
@@ -48,15 +49,16 @@ def look_alike(name: str, others: Iterable[str]) -> str | None:
     return None
 
 
-def check_names(layout: Layout) -> Iterator[Finding]:
+@kept
+def check_names(layout: Layout) -> tuple[Finding, ...]:
     """Labels, and categories, of a scene that are hard to tell apart."""
+    found = []
     for what, names in (("labels", layout.labels), ("categories", layout.categories)):
         groups = alike(names)
         if groups:
             shown = "; ".join(" and ".join(ascii(name) for name in group) for group in groups[:3])
             more = f" and {len(groups) - 3} more groups" if len(groups) > 3 else ""
-            yield Finding(
-                "look-alikes",
-                f"{what} that differ only in look-alike characters, capitals or blanks: {shown}{more}; give "
-                "different things names that differ visibly",
-            )
+            said = f"{what} that differ only in look-alike characters, capitals or blanks: {shown}{more}"
+            todo = "give different things names that differ visibly"
+            found.append(Finding("look-alikes", f"{said}; {todo}"))
+    return tuple(found)

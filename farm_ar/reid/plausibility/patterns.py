@@ -18,32 +18,30 @@ import numpy as np
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.geometry import diameter
 from farm_ar.geometry.angles import FULL_TURN
+from farm_ar.reid.plausibility.kept import kept
+from farm_ar.reid.plausibility.kernels import LEAST_SHIFT, evidence_of_all
 from farm_ar.scenes import UNKNOWN, Bounds, Scene
 
-MOST_DETECTIONS, MOST_CELLS = 16, 2_000_000
-"""Detections that are compared, and numbers that are held at once."""
-
-ANYWHERE = 0.3
-"""Share of the detections that may be anywhere."""
+MOST_DETECTIONS = 16
+"""Detections that are compared."""
 
 SHIFTS = 7
 """Scales of shift, even by ratio, from `LEAST_SHIFT` of the spacing to the extent."""
 
-LEAST_SHIFT = 0.03
-
 CLOSE = 0.35
 """Scale of shift, by the spacing, up to which mirrored places or other headings are believed: where things
 have moved as far as to others' places, as in a crowd after seconds, either fits as well by chance."""
-
-TURNS = (0.03, 0.1, 0.35, 1.0)
-"""Scales of turn, radians, beside headings that tell nothing."""
 
 OUTSIDE = 0.05
 """How much less dense things stand outside the bounds than within, if the bounds are right."""
 
 
 class Places(NamedTuple):
-    """The labels as the patterns see them: place, heading, period of symmetry and category, (M, ...)."""
+    """The labels as the patterns see them: place, heading, period of symmetry and category, (M, ...).
+
+    Args:
+        widths: (S,) scales of shift, metres, rising.
+    """
 
     position: FloatArray
     yaw: FloatArray
@@ -52,6 +50,7 @@ class Places(NamedTuple):
     spacing: float
     extent: float
     bounds: Bounds | None
+    widths: FloatArray
 
 
 class Variant(NamedTuple):
@@ -70,6 +69,7 @@ class Variant(NamedTuple):
     close: bool = False
 
 
+@kept
 def places_of(scene: Scene) -> Places:
     """The labels of a scene, with their spacing and extent, metres: positive in any case."""
     layout = scene.layout
@@ -79,7 +79,9 @@ def places_of(scene: Scene) -> Places:
     usual = float(np.nanmedian(layout.size)) if np.isfinite(layout.size).any() else 0.0
     extent = extent or usual or scene.fov.range_m
     period = np.array([scene.symmetry.get(name, FULL_TURN) for name in layout.category])
-    return Places(position, layout.yaw, period, layout.category_code, spacing or extent, extent, scene.bounds)
+    spacing = spacing or extent
+    widths = np.geomspace(LEAST_SHIFT * spacing, max(extent, spacing), SHIFTS)
+    return Places(position, layout.yaw, period, layout.category_code, spacing, extent, scene.bounds, widths)
 
 
 def spacing_of(position: FloatArray) -> float:
@@ -104,57 +106,36 @@ def log_evidence(
         variants: the snapshot, written down in H ways.
         likely: (M,) how likely each label is to be detected, not negative; all alike by default.
     """
-    position = np.stack([one.position for one in variants])
-    yaw = np.stack([one.yaw for one in variants])
-    h, n, m = len(variants), len(category), len(places.yaw)
-    allowed = (category[:, None] == UNKNOWN) | (category[:, None] == places.category)
-    weight = allowed * (np.ones(m) if likely is None else likely + 1e-6)
+    weight = may_be(places, category) * (np.ones(len(places.yaw)) if likely is None else likely + 1e-6)
     share = weight / weight.sum(axis=1, keepdims=True)
-    step = max(1, MOST_CELLS // max(1, n * m * (SHIFTS + len(TURNS))))
+    position, place = _distinct([one.position for one in variants])
+    yaw, heading = _distinct([one.yaw for one in variants])
     close = np.array([one.close for one in variants])
-    parts = [
-        _log_evidence(places, share, position[k : k + step], yaw[k : k + step], close[k : k + step])
-        for k in range(0, h, step)
-    ]
-    total: FloatArray = np.concatenate(parts) + np.array([one.log_volume for one in variants])
+    total = evidence_of_all(
+        (position, yaw, np.column_stack([place, heading]), close),
+        share,
+        (places.position, places.yaw, places.period),
+        places.widths,
+        CLOSE * places.spacing,
+        places.extent,
+    )
+    if places.bounds is not None:
+        total += np.log(OUTSIDE) * (~places.bounds.contains(position)).sum(axis=1)[place]
+    total += np.array([one.log_volume for one in variants])
     return total
 
 
-def _log_evidence(
-    places: Places, share: FloatArray, position: FloatArray, yaw: FloatArray, close: BoolArray
-) -> FloatArray:
-    square = ((position[:, :, None] - places.position) ** 2).sum(axis=-1)
-    widths = np.geomspace(LEAST_SHIFT * places.spacing, max(places.extent, places.spacing), SHIFTS)
-    shift = np.exp(-square[..., None, :] / (2 * widths[:, None] ** 2)) / (2 * np.pi * widths[:, None] ** 2)
-    turn = heading_density(yaw[..., None] - places.yaw, places.period)
-    fits = (shift * share[:, None, :]) @ turn  # (H, N, S, R)
-    middle = places.position.mean(axis=0)
-    away = ((position - middle) ** 2).sum(axis=-1)
-    wide = places.extent**2
-    anywhere = 0.5 * np.exp(-away / (2 * wide)) / (2 * np.pi * wide)
-    anywhere = anywhere + 0.5 * places.extent / (2 * np.pi * (away + wide) ** 1.5)
-    each = (1 - ANYWHERE) * fits + ANYWHERE * anywhere[..., None, None] / FULL_TURN
-    total = np.log(np.maximum(each, 1e-300)).sum(axis=1)
-    total[np.ix_(close, widths > CLOSE * places.spacing)] = -np.inf
-    total = total.reshape(len(position), -1)
-    if places.bounds is not None:
-        total += np.log(OUTSIDE) * (~places.bounds.contains(position)).sum(axis=1)[:, None]
-    return log_mean(total)
+def may_be(places: Places, category: IntArray) -> BoolArray:
+    """(N, M) which label each detection of a category (N,) may be."""
+    allowed: BoolArray = (category[:, None] == UNKNOWN) | (category[:, None] == places.category)
+    return allowed
 
 
-def heading_density(turn: FloatArray, period: FloatArray) -> FloatArray:
-    """(..., M, R + 1) densities of turns (..., M) for each scale, and for headings that tell nothing."""
-    known = ~np.isnan(turn) & (period > 0)
-    length = np.where(period > 0, period, FULL_TURN)
-    off = np.where(known, turn - length * np.round(turn / length), 0.0)
-    result = np.full((*turn.shape, len(TURNS) + 1), 1 / FULL_TURN)
-    for r, width in enumerate(TURNS):
-        around = np.zeros(off.shape)
-        for k in (-1, 0, 1):
-            around = around + np.exp(-0.5 * ((off + k * length) / width) ** 2)
-        density = around / (np.sqrt(FULL_TURN) * width) * length / FULL_TURN
-        result[..., r] = np.where(known, density, 1 / FULL_TURN)
-    return result
+def _distinct(arrays: Sequence[FloatArray]) -> tuple[FloatArray, IntArray]:
+    """(K, ...) the arrays that are not the same object, and (H,) which of them each is."""
+    first = {id(one): one for one in arrays}
+    number = {name: k for k, name in enumerate(first)}
+    return np.stack(list(first.values())), np.array([number[id(one)] for one in arrays])
 
 
 def log_mean(values: FloatArray) -> FloatArray:

@@ -9,7 +9,8 @@ import numpy as np
 from farm_ar.arrays import BoolArray, FloatArray
 from farm_ar.geometry import bearing, distance
 from farm_ar.reid.plausibility.finding import Finding, named, number
-from farm_ar.scenes import PAPER_FIELD_OF_VIEW, Camera, Detections, Scene, Snapshot, World
+from farm_ar.reid.plausibility.kept import kept
+from farm_ar.scenes import PAPER_FIELD_OF_VIEW, Camera, Detections, Layout, Scene, Snapshot, World
 
 SLACK = 0.05
 """By what share of its distance from the camera, and of the bounds, a thing may lie outside."""
@@ -27,10 +28,14 @@ MOSTLY = 0.8
 
 def reach_of(seen: Detections, scene: Scene) -> FloatArray:
     """(N,) half the diagonal of each detection's footprint, metres; the scene's usual one where not known."""
-    usual = np.hypot(scene.layout.size[:, 0], scene.layout.size[:, 2]) / 2
-    typical = float(np.nanmedian(usual)) if np.isfinite(usual).any() else 0.0
     own = np.hypot(seen.size[:, 0], seen.size[:, 2]) / 2
-    return np.where(np.isnan(own), typical, own)
+    return np.where(np.isnan(own), _usual_reach(scene.layout), own)
+
+
+@kept
+def _usual_reach(layout: Layout) -> float:
+    usual = np.hypot(layout.size[:, 0], layout.size[:, 2]) / 2
+    return float(np.nanmedian(usual)) if np.isfinite(usual).any() else 0.0
 
 
 def check_view(scene: Scene, snapshot: Snapshot) -> Iterator[Finding]:
@@ -86,11 +91,8 @@ def check_bounds(scene: Scene, snapshot: Snapshot) -> Iterator[Finding]:
     """Labels, or detections, that stand outside the bounds."""
     if scene.bounds is None:
         return
-    corners = scene.bounds.corners
-    slack = SLACK * float(np.hypot(*np.ptp(corners, axis=0)))
-    layout, seen = scene.layout, snapshot.detections
-    across = np.hypot(layout.size[:, 0], layout.size[:, 2]) / 2
-    beyond = _outside_by(layout.position, scene) > slack + np.where(np.isnan(across), 0.0, across)
+    layout, seen, slack = scene.layout, snapshot.detections, _slack(scene)
+    beyond = _labels_outside(scene)
     if beyond.any():
         names = named([layout.labels[j] for j in np.flatnonzero(beyond)])
         said = f"{number(int(beyond.sum()), 'label')} of {len(layout)} outside the scene's bounds ({names})"
@@ -104,6 +106,20 @@ def check_bounds(scene: Scene, snapshot: Snapshot) -> Iterator[Finding]:
         names = named([seen.ids[i] for i in which])
         said = f"{number(len(which))} of {len(seen)} outside the scene's bounds ({names})"
         yield Finding("bounds", f"{said}: check the snapshot's unit, origin and frame, or the bounds", which)
+
+
+@kept
+def _labels_outside(scene: Scene) -> BoolArray:
+    """(M,) which labels stand outside the bounds."""
+    size = scene.layout.size
+    across = np.hypot(size[:, 0], size[:, 2]) / 2
+    outside: BoolArray = _outside_by(scene.layout.position, scene) > _slack(scene) + np.nan_to_num(across)
+    return outside
+
+
+def _slack(scene: Scene) -> float:
+    assert scene.bounds is not None
+    return SLACK * float(np.hypot(*np.ptp(scene.bounds.corners, axis=0)))
 
 
 def _outside_by(points: FloatArray, scene: Scene) -> FloatArray:
@@ -120,11 +136,15 @@ def _outside_by(points: FloatArray, scene: Scene) -> FloatArray:
 def repeated_poses(scene: Scene, seen: Detections) -> list[tuple[int, ...]]:
     """Groups of detections that have one pose, digit by digit, oftener than labels of the scene have one."""
     groups = _same_rows(_poses(seen.position, seen.yaw, seen.elevation))
-    layout = scene.layout
-    usual = max(
-        (len(one) for one in _same_rows(_poses(layout.position, layout.yaw, layout.elevation))), default=1
-    )
+    usual = _piled(scene.layout)
     return [group for group in groups if len(group) > usual]
+
+
+@kept
+def _piled(layout: Layout) -> int:
+    """How many labels have one pose, at most."""
+    groups = _same_rows(_poses(layout.position, layout.yaw, layout.elevation))
+    return max((len(one) for one in groups), default=1)
 
 
 def _poses(position: FloatArray, yaw: FloatArray, elevation: FloatArray) -> FloatArray:
