@@ -28,6 +28,7 @@ for _name, _arguments in _ENVIRONMENTS.items():
         register(
             _name.replace("-", f"{_variant}-"),
             entry_point="farm_ar.envs:make_farm_to_table",
+            vector_entry_point="farm_ar.envs.batched:make_vector_env",
             kwargs=_arguments | _others,
         )
 register("DeliverToChair-v0", entry_point="farm_ar.envs:make_deliver_to_chair")

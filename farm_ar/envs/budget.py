@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from functools import reduce
+from operator import add
 from typing import Protocol
-
-import numpy as np
 
 from farm_ar.envs.actions import Move
 from farm_ar.envs.config import EnvConfig
 from farm_ar.game_logic.physics.limits import Motion
 from farm_ar.game_logic.physics.tabletop import MotionLimit
+from farm_ar.geometry.rectangles import length
 
 
 class Budget(Protocol):
@@ -111,8 +113,13 @@ def _share(left: float, asked: float) -> float:
 
 
 def _metres(moves: list[Move]) -> float:
-    return sum(float(np.linalg.norm(move.displacement)) for move in moves)
+    return in_turn(length(*move.displacement.tolist()) for move in moves)
 
 
 def _radians(moves: list[Move]) -> float:
-    return sum(abs(move.turn) for move in moves)
+    return in_turn(abs(move.turn) for move in moves)
+
+
+def in_turn(values: Iterable[float]) -> float:
+    """The sum, added up one after the other; `sum` does not from Python 3.12 on."""
+    return reduce(add, values, 0.0)

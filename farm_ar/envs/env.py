@@ -12,7 +12,7 @@ import gymnasium as gym
 
 from farm_ar.arrays import BoolArray
 from farm_ar.envs.actions import checked_action
-from farm_ar.envs.budget import Budget, budget_of
+from farm_ar.envs.budget import Budget, budget_of, in_turn
 from farm_ar.envs.config import EnvConfig, render_modes
 from farm_ar.envs.controls import Control, control_of
 from farm_ar.envs.features import Features
@@ -293,7 +293,7 @@ class FarmToTableEnv(RecordedEnv):
         paid = self._reward.paid(self, effort)
         self._show()
         seen = self._observed()
-        return seen, float(sum(paid.values())), self._over, False, self._info(effort, paid)
+        return seen, in_turn(paid.values()), self._over, False, self._info(effort, paid)
 
     def action_masks(self) -> BoolArray:
         """The choices that make sense now, flat over the action's dimensions; only for the discrete actions.

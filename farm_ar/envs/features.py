@@ -161,6 +161,7 @@ class Features:
     Attributes:
         numbers: (L,) all parts, flat, one after the other.
         parts: views of them.
+        room: what does not change.
         least_margin: the smallest margin of a movable object in view, 1 where none has another choice.
         ambiguity: half the sum over movable objects in view of 1 - margin / 0.3, each from 0 (clear) to 1
             (a tie).
@@ -177,7 +178,7 @@ class Features:
         self._objects = Objects.unmet(layout)
         sides, size = np.unique(sorted_log_sides(layout.size), axis=0, return_inverse=True)
         kinds_of_size = np.unique(np.column_stack([layout.category_code, size.reshape(m)]), axis=0)
-        self._room = Room(
+        self.room = Room(
             *scene.size,
             kinds,
             layout.elevation.copy(),
@@ -216,7 +217,7 @@ class Features:
             Believed(believed.position, believed.yaw),
             visibility.eyes_of(camera),
             self._objects,
-            self._room,
+            self.room,
             self._found,
             self.numbers,
         )

@@ -207,6 +207,11 @@ class StartingLayouts:
     Args:
         scene: the room.
         jitter: one of those names.
+
+    Attributes:
+        edge: (M, 2) how far from the edges of the room objects keep, metres.
+        keeps_clear: (M, M) pairs whose footprints must not overlap.
+        apart: how far apart random places are asked to be at first, metres.
     """
 
     def __init__(self, scene: Scene, jitter: str) -> None:
@@ -214,15 +219,15 @@ class StartingLayouts:
         self._scene, self._jitter, self._unit = scene, jitter, unit
         self._movable = np.flatnonzero(layout.movable)
         diagonal = np.hypot(layout.size[:, 0], layout.size[:, 2])
-        self._edge = np.minimum(diagonal[:, None] / 2, np.divide(scene.size, 2))
+        self.edge = np.minimum(diagonal[:, None] / 2, np.divide(scene.size, 2))
         place, turned = layout.position[:, None], layout.yaw[:, None]
         overlap = footprints_overlap(
             place, turned, layout.size[:, None], layout.position, layout.yaw, layout.size
         )
-        self._keeps_clear = ~overlap | (jitter == "hard")
+        self.keeps_clear = ~overlap | (jitter == "hard")
         room = scene.area / len(layout)
         self._room, self._size = np.array(scene.size, dtype=np.float64), layout.size.copy()
-        self._apart = min(HARD_SEPARATION_M * unit, ROOM_EACH * float(np.sqrt(room)))
+        self.apart = min(HARD_SEPARATION_M * unit, ROOM_EACH * float(np.sqrt(room)))
 
     def draw(self, rng: np.random.Generator) -> Layout:
         """One at random."""
@@ -234,11 +239,11 @@ class StartingLayouts:
             turns = rng.permutation(self._movable)
             shape = (len(turns), TRIES, 3)
             drawn = rng.random(shape) if hard else rng.normal(size=shape)
-            apart = self._apart * 0.9 ** (restart // 10) if hard else 0.0
+            apart = self.apart * 0.9 ** (restart // 10) if hard else 0.0
             for few in (FEW_TRIES, TRIES):
                 tries = self._poses(turns, np.ascontiguousarray(drawn[:, :few]), hard)
                 so_far = Placement(layout.position.copy(), layout.yaw.copy(), layout.fixed.copy())
-                room = Clearance(self._size, self._keeps_clear, GAP_M, apart)
+                room = Clearance(self._size, self.keeps_clear, GAP_M, apart)
                 if place_in_turn(turns, tries, so_far, room):
                     return layout.placed(so_far.position, so_far.yaw)
         return layout
@@ -246,7 +251,7 @@ class StartingLayouts:
     def _poses(self, turns: IntArray, drawn: FloatArray, hard: bool) -> FloatArray:
         """(K, T, 3) poses to try for each, from what was drawn."""
         if hard:
-            return poses_anywhere(turns, drawn, self._edge, self._room, YAW_LIMIT)
+            return poses_anywhere(turns, drawn, self.edge, self._room, YAW_LIMIT)
         home, (metres, radians) = self._scene.layout, SPREADS[self._jitter]
         spread = (metres * self._unit, float(radians))
-        return poses_nearby(turns, drawn, home.position, home.yaw, self._edge, self._room, spread, YAW_LIMIT)
+        return poses_nearby(turns, drawn, home.position, home.yaw, self.edge, self._room, spread, YAW_LIMIT)

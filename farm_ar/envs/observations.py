@@ -90,6 +90,9 @@ class StateObservation:
         layout: the objects, for their number and kinds.
         white_box: whether what the game believes is part of it.
         hand: whether the hand is part of it.
+
+    Attributes:
+        places: where each part is among all numbers, by name.
     """
 
     def __init__(self, layout: Layout, white_box: bool, hand: bool) -> None:
@@ -100,8 +103,9 @@ class StateObservation:
             for (name, shape), end in zip(shapes.items(), ends, strict=True)
         }
         unseen = (set() if white_box else BELIEVED) | (set() if hand else {"hand"})
-        self._names = [name for name in places if name not in unseen]
-        self._parts_of = itemgetter(*(places[name] for name in self._names))
+        self.places = {name: place for name, place in places.items() if name not in unseen}
+        self._names = list(self.places)
+        self._parts_of = itemgetter(*self.places.values())
         boxes = {
             name: spaces.Box(*BOUNDS[name], (places[name].stop - places[name].start,), np.float32)
             for name in self._names

@@ -16,6 +16,7 @@ from farm_ar.game_logic.physics.limits import Motion
 from farm_ar.game_logic.physics.tabletop import MotionLimit
 from farm_ar.game_logic.render_state import RenderState
 from farm_ar.geometry import to_pymunk, wrap
+from farm_ar.geometry.rectangles import length
 from farm_ar.reid import reid_factory
 from farm_ar.reid.session import SessionReid
 from farm_ar.scenes import Camera, Layout, Scene
@@ -122,7 +123,7 @@ class PlainScene:
         self._yaw[index] += turn
         self._truth = None
         self.changes += 1
-        metres = float(np.linalg.norm(self._position[index] - before))
+        metres = float(length(*(self._position[index] - before).tolist()))
         return Motion(metres, float(np.abs(wrap(np.asarray(turn)))))
 
     def end_visit(self, camera: Camera | None = None) -> Sighting:

@@ -193,6 +193,10 @@ class SpatialReid(Reidentifier):
             sides=self._detected_sides(seen.size, seen.yaw) if self._compares_sizes else None,
         )
 
+    def compiled_problem(self) -> tuple[Known, Rule]:
+        """The labels and the weights that `assess` takes; all labels are considered."""
+        return self._known(), self._rule()
+
     def _known(self, candidates: IntArray | None = None) -> Known:
         """The labels for `assess`, all or some of them, without the sites."""
         layout, kind = self.scene.layout, self._kind

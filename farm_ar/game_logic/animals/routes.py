@@ -124,10 +124,15 @@ def lead(
             avoid_with(curve, right_x, right_z, bows, goal, obstacles, table)
 
 
+def bows_on(table: tuple[float, float]) -> FloatArray:
+    """(C,) by how much curves may be bowed on a table of that size, in order of preference, metres."""
+    return _PULL * float(np.hypot(*table)) * _BOWS
+
+
 @lru_cache(maxsize=16)
 def _room(table: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
     """How far curves may bow out on a table of that size, and the size; not to be written to."""
-    return _PULL * float(np.hypot(*table)) * _BOWS, np.array(table, dtype=np.float64)
+    return bows_on(table), np.array(table, dtype=np.float64)
 
 
 def door(position: FloatArray, yaw: float | FloatArray, size: FloatArray) -> FloatArray:

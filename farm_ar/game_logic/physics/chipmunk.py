@@ -92,12 +92,12 @@ def foreign(name: str) -> Callable[..., Any]:
         return (result.x, result.y) if returns == "struct cpVect" else result
 
     if BRIDGED:
-        _declare(call, f"farm_ar_{name}", takes, returns)
+        declare(call, f"farm_ar_{name}", takes, returns)
         llvmlite.binding.add_symbol(f"farm_ar_{name}", address(ffi.addressof(lib, name)))
     return call
 
 
-def _declare(call: Callable[..., Any], symbol: str, takes: list[str], returns: str) -> None:
+def declare(call: Callable[..., Any], symbol: str, takes: list[str], returns: str) -> None:
     """Tell Numba how to type and to call a function that is linked by its symbol."""
     # Numba's own types are not declared.
     types: Any = numba.types

@@ -120,8 +120,9 @@ def set_down(
                 taken = low
             break
     place(body, x, z, angle, way_x, way_z, turn, taken)
-    chipmunk.set_position(body.address, body.x, body.z)
-    chipmunk.set_angle(body.address, body.angle)
+    if body.address != 0:  # of a batch's tables there are none in Chipmunk
+        chipmunk.set_position(body.address, body.x, body.z)
+        chipmunk.set_angle(body.address, body.angle)
     hand.gripped = -1
     if taken > 0:
         state.metres += taken * way

@@ -17,7 +17,7 @@ from farm_ar.game_logic.physics.gripper import HAND_ROOM, REACH, HandState
 from farm_ar.game_logic.physics.limits import Motion, MotionLimit
 from farm_ar.game_logic.physics.space import PhysicsSpace
 from farm_ar.game_logic.physics.state import Limits
-from farm_ar.game_logic.physics.trajectory import Trajectory
+from farm_ar.game_logic.physics.trajectory import CARRY_SPEED, ENTRY, REACH_SPEED, Trajectory
 from farm_ar.geometry import deepest_overlap, footprint_corners, from_pymunk, wrap
 from farm_ar.scenes import Layout
 from farm_ar.structs import Structs, new_structs
@@ -26,15 +26,6 @@ __all__ = ["HAND_ROOM", "REACH", "Carry", "MotionLimit", "Pair", "Tabletop"]
 
 Pair = Sequence[float] | FloatArray
 """An x and a z."""
-
-CARRY_SPEED = 0.75
-"""Fastest that a hand drags a building unless told otherwise, metres a second."""
-
-REACH_SPEED = 1.5
-"""Fastest that a hand moves above the buildings on its way in and out, metres a second."""
-
-ENTRY = -0.15
-"""z at which a hand comes in and leaves, on the player's side of the table, metres."""
 
 REACHED_M, REACHED_RAD = 0.01, float(np.deg2rad(3.0))
 """How near to where it was to go a building must come to rest to have reached it."""
@@ -253,7 +244,7 @@ class Tabletop:
         x, z = float(position[0]), float(position[1])
         seconds = trajectory.plan(self.space.states, way, x, z, float(turn), float(speed))
         if not seconds <= trajectory.LONGEST_S:
-            raise OptionError("position", f"must be reached within {trajectory.LONGEST_S:g} s", (x, z))
+            raise too_far((x, z))
         (most or MotionLimit()).begin(limits, self.moved)
         ticks = _LONG if record is None else 1
         while not way["done"].item():
@@ -292,14 +283,24 @@ class Tabletop:
         start = self.ticks
         places, headings = self.poses()
         gripped = bool(self.movable[index])
-        if gripped:
+        limits = new_structs(Limits, 1)
+        if gripped and self._lifts and leave and record is None and self.hand is None:
+            (most or MotionLimit()).begin(limits, self.moved)
+            turn = float(wrap(yaw - headings[index]))
+            goal = float(position[0]), float(position[1])
+            done = trajectory.lift_over(
+                self.space.states, self._bodies, limits, index, *goal, turn, float(speed)
+            )
+            if not done:
+                raise too_far(goal)
+            places, headings = self.poses()
+        elif gripped:
             x, z = places[index].tolist()
             if self.hand is None:
                 self.bring_hand((x, ENTRY), raised=True)
             self.raise_hand()
             self.guide_hand((x, z), 0.0, REACH_SPEED, record)
             self.grip(index)
-            limits = new_structs(Limits, 1)
             (most or MotionLimit()).begin(limits, self.moved)
             self.guide_hand(position, float(wrap(yaw - headings[index])), speed, record, most)
             self.put_down(limits)
@@ -336,3 +337,8 @@ class Tabletop:
     def overlap(self) -> float:
         """How deep the deepest two footprints stand inside each other now, metres."""
         return float(deepest_overlap(*self.poses(), self._layout.size))
+
+
+def too_far(position: tuple[float, float]) -> OptionError:
+    """What is said of a place to which a hand would be on its way for too long."""
+    return OptionError("position", f"must be reached within {trajectory.LONGEST_S:g} s", position)

@@ -4,14 +4,25 @@ from __future__ import annotations
 
 from math import ceil, fabs, inf
 
+import numpy as np
+
 from farm_ar.game_logic.physics import chipmunk, gripper, lifting, stepping
 from farm_ar.game_logic.physics.limits import brake, exceeds
 from farm_ar.game_logic.physics.state import TICK, Body, Limits, State
 from farm_ar.geometry.rectangles import length
-from farm_ar.structs import Struct, Structs
+from farm_ar.structs import Struct, Structs, struct_dtype
 
 LONGEST_S = 3600.0
 """How long a guided hand may be on its way, seconds."""
+
+CARRY_SPEED = 0.75
+"""Fastest that a hand carries a building unless told otherwise, metres a second."""
+
+REACH_SPEED = 1.5
+"""Fastest that a hand moves above the buildings on its way in and out, metres a second."""
+
+ENTRY = -0.15
+"""z at which a hand comes in and leaves, on the player's side of the table, metres."""
 
 # A hand on the table is corrected every so many ticks; it presses on at its goal for so many of these periods
 # where something holds it up; a hand that moves less than this in one, metres or radians, has stopped.
@@ -44,6 +55,9 @@ class Trajectory(Struct):
     steps: int
     """Of the simulation in a tick."""
     done: bool
+
+
+_TRAJECTORY = struct_dtype(Trajectory)
 
 
 @chipmunk.compiled
@@ -127,6 +141,78 @@ def glide_tick(state: State, bodies: Structs[Body], trajectory: Trajectory) -> N
         vx = vz = spin = 0.0
     hand.velocity_x, hand.velocity_z, hand.spin = vx, vz, spin
     stepping.step(state, bodies, 1, stepping.GUIDED_STEPS)
+
+
+@chipmunk.compiled
+def glide(
+    states: Structs[State],
+    bodies: Structs[Body],
+    trajectories: Structs[Trajectory],
+    x: float,
+    z: float,
+    turn: float,
+    speed: float,
+) -> bool:
+    """Plan a trajectory of a hand that hovers, and go all of it at once: what `follow` does tick by tick.
+
+    Nothing else may move meanwhile. Arguments are those of `plan`.
+
+    Returns:
+        Whether it takes no longer than a hand may be on its way.
+    """
+    if not plan(states, trajectories, x, z, turn, speed) <= LONGEST_S:
+        return False
+    state, trajectory = states[0], trajectories[0]
+    hand, goal = state.hand, trajectory.goal
+    hand.x, hand.z, hand.angle = goal.x, goal.z, goal.angle
+    if hand.gripped >= 0:
+        lifting.follow(state, bodies)
+        state.changes += trajectory.periods - 1
+    hand.velocity_x = hand.velocity_z = hand.spin = 0.0
+    state.ticks += trajectory.periods
+    trajectory.ticks, trajectory.done = trajectory.periods, True
+    return True
+
+
+@chipmunk.compiled
+def lift_over(
+    states: Structs[State],
+    bodies: Structs[Body],
+    limits: Structs[Limits],
+    i: int,
+    x: float,
+    z: float,
+    turn: float,
+    speed: float,
+) -> bool:
+    """Carry a body where the hand lifts: reach over, take it, carry it, set it down, leave.
+
+    Args:
+        states: (1,) of the table, on which there is no hand.
+        bodies: likewise.
+        limits: (1,) that are kept.
+        i: the body, which can be moved.
+        x: where to, metres.
+        z: likewise.
+        turn: clockwise, radians.
+        speed: the highest on the way, metres a second.
+
+    Returns:
+        Whether all of it took no longer than a hand may be on its way; otherwise it waits where it is.
+    """
+    state, from_x, from_z = states[0], bodies[i].x, bodies[i].z
+    ways: Structs[Trajectory] = np.zeros(1, _TRAJECTORY)  # type: ignore[assignment]
+    gripper.bring_hand(state, bodies, from_x, ENTRY, True)
+    if not glide(states, bodies, ways, from_x, from_z, 0.0, REACH_SPEED):
+        return False
+    lifting.take(state, bodies, i, gripper.REACH)
+    if not glide(states, bodies, ways, x, z, turn, speed):
+        return False
+    lifting.set_down_within(state, bodies, limits[0])
+    if not glide(states, bodies, ways, from_x, ENTRY, 0.0, REACH_SPEED):
+        return False
+    state.hand.present = False
+    return True
 
 
 @chipmunk.compiled

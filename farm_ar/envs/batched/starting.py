@@ -1,0 +1,110 @@
+"""Kernels: how episodes and visits begin, as `generator` draws them."""
+
+from __future__ import annotations
+
+from math import cos, sin, sqrt
+
+import numpy as np
+
+from farm_ar.arrays import FloatArray, IntArray
+from farm_ar.envs.batched import streams
+from farm_ar.envs.batched.numpy_functions import arctan2
+from farm_ar.envs.batched.state import ANYWHERE, ON_PATH, Choices, Scenery, Work
+from farm_ar.envs.batched.streams import Stream
+from farm_ar.envs.generator import FEW_TRIES, RESTARTS, TRIES
+from farm_ar.envs.placement import Clearance, Placement, place_in_turn, poses_anywhere, poses_nearby
+from farm_ar.geometry.camera import Eye
+from farm_ar.kernels import compiled
+
+
+@compiled
+def aim(eye: Eye, yaw: float) -> None:
+    """Turn a camera, as `visibility.eyes_of` does."""
+    eye.yaw = yaw
+    eye.sine, eye.cosine = sin(yaw), cos(yaw)
+    eye.left_sine, eye.left_cosine = sin(yaw - eye.left), cos(yaw - eye.left)
+    eye.right_sine, eye.right_cosine = sin(yaw + eye.right), cos(yaw + eye.right)
+
+
+@compiled
+def draw_numbers(stream: Stream, numbers: FloatArray, anywhere: bool) -> None:
+    """Draw (K, TRIES, 3) numbers, and fill in the first (K, T, 3)."""
+    for k in range(len(numbers)):
+        for t in range(TRIES):
+            for axis in range(3):
+                drawn = streams.uniform(stream) if anywhere else streams.normal(stream)
+                if t < numbers.shape[1]:
+                    numbers[k, t, axis] = drawn
+
+
+@compiled
+def poses_to_try(turns: IntArray, drawn: FloatArray, choices: Choices, scenery: Scenery) -> FloatArray:
+    """(K, T, 3) poses to try for objects, from numbers that were drawn."""
+    if choices.layouts == ANYWHERE:
+        return poses_anywhere(turns, drawn, scenery.edge, scenery.room, choices.yaw_limit)
+    spread = (choices.spread_m, choices.spread_rad)
+    home, heading = scenery.position, scenery.yaw
+    return poses_nearby(turns, drawn, home, heading, scenery.edge, scenery.room, spread, choices.yaw_limit)
+
+
+@compiled
+def draw_layout(stream: Stream, choices: Choices, scenery: Scenery, work: Work) -> None:
+    """Fill in positions and yaws of a starting layout, as `StartingLayouts.draw` does."""
+    few = np.empty((len(scenery.movable), FEW_TRIES, 3))
+    anywhere = choices.layouts == ANYWHERE
+    again = work.streams[0]
+    for restart in range(RESTARTS):
+        turns = scenery.movable.copy()
+        streams.shuffle(stream, turns)
+        apart = choices.apart_m * 0.9 ** (restart // 10) if anywhere else 0.0
+        room = Clearance(scenery.size, scenery.keeps_clear, choices.gap_m, apart)
+        keep(stream, again)
+        draw_numbers(stream, few, anywhere)
+        if place(turns, poses_to_try(turns, few, choices, scenery), room, scenery, work):
+            return
+        keep(again, stream)
+        many = np.empty((len(turns), TRIES, 3))
+        draw_numbers(stream, many, anywhere)
+        if place(turns, poses_to_try(turns, many, choices, scenery), room, scenery, work):
+            return
+    work.position[:], work.yaw[:] = scenery.position, scenery.yaw
+
+
+@compiled
+def keep(stream: Stream, other: Stream) -> None:
+    """Have another stream stand where a stream stands."""
+    other.high, other.low = stream.high, stream.low
+    other.step_high, other.step_low = stream.step_high, stream.step_low
+    other.kept, other.half = stream.kept, stream.half
+
+
+@compiled
+def place(turns: IntArray, tries: FloatArray, room: Clearance, scenery: Scenery, work: Work) -> bool:
+    """Place objects one after the other, from the scene's own layout on."""
+    work.position[:], work.yaw[:] = scenery.position, scenery.yaw
+    return place_in_turn(turns, tries, Placement(work.position, work.yaw, scenery.fixed.copy()), room)
+
+
+@compiled
+def draw_camera(stream: Stream, eye: Eye, choices: Choices, scenery: Scenery, work: Work) -> None:
+    """Aim a camera that is like all others anew, as `VisitCameras.draw` does."""
+    if choices.cameras == ON_PATH:
+        k = streams.below(stream, len(scenery.path))
+        eye.x, eye.z = scenery.path[k, 0], scenery.path[k, 1]
+        aim(eye, scenery.path[k, 2])
+        return
+    width, depth = choices.width, choices.depth
+    x = width * between(stream, 0.25, 0.75)
+    z = depth * between(stream, -0.5, -0.3125)
+    dx = width * between(stream, 1 / 12, 11 / 12) - x
+    dz = depth * between(stream, 0.375, 0.75) - z
+    eye.x, eye.z = x, z
+    aim(eye, arctan2(dx, dz, work.tan, work.tan_places, work.tan_data))
+    ahead = sqrt(dx * dx + dz * dz)
+    eye.pitch = -arctan2(choices.eye_height_m, ahead, work.tan, work.tan_places, work.tan_data)
+
+
+@compiled
+def between(stream: Stream, low: float, high: float) -> float:
+    """`Generator.uniform`."""
+    return low + (high - low) * streams.uniform(stream)

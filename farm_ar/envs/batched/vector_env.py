@@ -1,0 +1,365 @@
+"""The native vector environment: one compiled call a step, over all environments and all cores."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import numpy.typing as npt
+from gymnasium import spaces
+from gymnasium.utils import seeding
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+
+from farm_ar.arrays import BoolArray
+from farm_ar.envs.batched import building
+from farm_ar.envs.batched.advance import advance
+from farm_ar.envs.batched.coverage import check_batched
+from farm_ar.envs.batched.numpy_functions import DATA, room_for_call
+from farm_ar.envs.batched.state import ACT, BEGIN, DONE, Given, Report
+from farm_ar.envs.batched.streams import as_generator, read_generator
+from farm_ar.envs.config import EnvConfig
+from farm_ar.envs.controls import control_of
+from farm_ar.envs.generator import (
+    VisitCameras,
+    checked_options,
+    given_camera,
+    given_layout,
+    scene_of,
+)
+from farm_ar.envs.observations import StateObservation
+from farm_ar.envs.rewards import EFFORT, REWARDS
+from farm_ar.errors import OptionError
+from farm_ar.game_logic.headset import field_of_view
+from farm_ar.game_logic.visibility import eyes_of
+from farm_ar.structs import Structs
+
+Observations = dict[str, npt.NDArray[np.float32]]
+
+_SMALLEST_PART = 32
+"""Environments for which a thread of its own is worth it."""
+
+
+class BatchedVectorEnv(VectorEnv[Any, Any, Any]):
+    """Many environments of one kind, played by one compiled call a step on all cores.
+
+    Each is what `FarmToTableEnv` with the same arguments and seed is: observations, rewards, ends and numbers
+    in infos have the same bits, whatever the number of threads. `coverage` says what can be batched.
+
+    Args:
+        num_envs: how many.
+        autoreset_mode: when an episode that is over is followed by another, an `AutoresetMode` or its value.
+        threads: how many at most; as many as there are processors by default.
+        arguments: of the environment, the fields of `EnvConfig`.
+
+    Raises:
+        OptionError: an argument is wrong, or cannot be batched.
+    """
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        threads: int | None = None,
+        **arguments: Any,
+    ) -> None:
+        self.num_envs = _whole("num_envs", num_envs)
+        self._threads = _whole("threads", threads or len(os.sched_getaffinity(0)))
+        self._mode = mode_of(autoreset_mode)
+        self.config = config = EnvConfig(**arguments)
+        self._scene = scene = scene_of(config.scene, config.game)
+        check_batched(config, scene)
+        control = control_of(config, scene)
+        observation = StateObservation(scene.layout, config.white_box, hand=False)
+        self._parts = observation.places
+        self.single_observation_space, self.single_action_space = observation.space, control.space
+        self.observation_space = batch_space(observation.space, self.num_envs)
+        self.action_space = batch_space(control.space, self.num_envs)
+        self.metadata = {"render_modes": [], "autoreset_mode": self._mode}
+        self._discrete = isinstance(control.space, spaces.MultiDiscrete)
+        choices = int(control.space.nvec.sum()) if isinstance(control.space, spaces.MultiDiscrete) else 0
+        self._choices = building.choices_of(config, scene, self._mode is AutoresetMode.SAME_STEP)
+        self._scenery = building.scenery_of(config, scene)
+        self._batch = building.new_batch(self.num_envs, scene)
+        self._herds = building.new_herds(self.num_envs, scene, config.game)
+        self._output = building.new_output(self.num_envs, scene, choices)
+        self._given = self._nothing = building.nothing_given(scene)
+        self._terms = [f"reward/{name}" for name in REWARDS[config.reward]]
+        self._seeds: list[int | None] = [None] * self.num_envs
+        self._begun, self._over = np.zeros(self.num_envs, dtype=bool), np.zeros(self.num_envs, dtype=bool)
+        self._set: dict[str, tuple[Any, ...]] = {}
+        self._pool: ThreadPoolExecutor | None = None
+
+    def reset(
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: Mapping[str, Any] | None = None,
+    ) -> tuple[Observations, dict[str, Any]]:
+        """Begin episodes.
+
+        Args:
+            seed: one for each environment; of one number the k-th has that and k. None: they go on as they
+                are.
+            options: as of one environment, for all; and "reset_mask", (B,) which of them begin, by default
+                all.
+
+        Raises:
+            OptionError: an option or a seed cannot be used.
+        """
+        asked = dict(options or {})
+        mask = _mask(asked.pop("reset_mask", None), self.num_envs)
+        seeds = _seeds(seed, self.num_envs)
+        self._given = self._given_by(checked_options(asked))
+        for b in np.flatnonzero(mask).tolist():
+            if seeds[b] is not None or self._seeds[b] is None:
+                generator, self._seeds[b] = seeding.np_random(seeds[b])
+                read_generator(generator, self._batch.tables[b].stream)
+        try:
+            self._advance(np.where(mask, BEGIN, DONE))
+        finally:
+            self._given = self._nothing
+        self._begun |= mask
+        self._over &= ~mask
+        return self._observed(self._output.numbers), self._infos(
+            self._output.reports, self._output.masks, mask
+        )
+
+    def step(self, actions: Any) -> tuple[Observations, Any, BoolArray, BoolArray, dict[str, Any]]:
+        """One action of each.
+
+        Raises:
+            gymnasium.error.ResetNeeded: one has not begun, or is over and the mode does not begin another.
+            gymnasium.error.InvalidAction: they have the wrong shape, or one is no choice that there is.
+        """
+        if not self._begun.all():
+            raise gym.error.ResetNeeded("step() needs reset() of all environments first")
+        if self._mode is AutoresetMode.DISABLED and self._over.any():
+            which = np.flatnonzero(self._over).tolist()
+            raise gym.error.ResetNeeded(f"environments {which} are over and need reset() with a reset_mask")
+        output, everyone = self._output, np.ones(self.num_envs, dtype=bool)
+        output.reward[:], output.over[:] = 0.0, False
+        self._advance(np.where(self._over, BEGIN, ACT), self._checked(actions))
+        over, infos = output.over.copy(), {}
+        if self._mode is AutoresetMode.SAME_STEP:
+            if over.any():
+                infos = self._final(over)
+        else:
+            self._over = over
+        infos |= self._infos(output.reports, output.masks, everyone)
+        truncated = np.zeros(self.num_envs, dtype=bool)
+        return self._observed(output.numbers), output.reward.copy(), over, truncated, infos
+
+    def action_masks(self) -> BoolArray:
+        """(B, A) the choices that make sense, flat over an action's dimensions; for discrete actions only.
+
+        Raises:
+            gymnasium.error.ResetNeeded: there has been no episode yet.
+            OptionError: the action is not discrete.
+        """
+        if not self._discrete:
+            raise OptionError("action", "must be displacement or slot for masks", self.config.action)
+        if not self._begun.all():
+            raise gym.error.ResetNeeded("there is nothing to look at before reset()")
+        return self._output.masks.copy()
+
+    @property  # type: ignore[misc]
+    def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
+        """Generators that go on where each environment's stream stands; they are copies."""
+        return tuple(as_generator(self._batch.tables[b].stream) for b in range(self.num_envs))
+
+    @property
+    def np_random_seed(self) -> tuple[int | None, ...]:  # type: ignore[override]
+        """The seed of each environment, None before the first reset."""
+        return tuple(self._seeds)
+
+    def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
+        """Of each environment what a method or an attribute of this name gives.
+
+        Raises:
+            AttributeError: there is none; single environments have more.
+        """
+        if name in self._set:
+            return self._set[name]
+        if name == "action_masks":
+            return tuple(self.action_masks())
+        if name in ("np_random", "np_random_seed"):
+            return tuple(getattr(self, name))
+        shared: dict[str, Any] = {
+            "config": self.config,
+            "render_mode": None,
+            "spec": self.spec,
+            "metadata": self.metadata,
+        }
+        shared |= {
+            "action_space": self.single_action_space,
+            "observation_space": self.single_observation_space,
+        }
+        if name not in shared:
+            raise AttributeError(f"environments in a batch have no {name}")
+        return (shared[name],) * self.num_envs
+
+    def get_attr(self, name: str) -> tuple[Any, ...]:
+        """An attribute of each environment."""
+        return self.call(name)
+
+    def set_attr(self, name: str, values: Any) -> None:
+        """Give each environment an attribute, which `get_attr` gives from then on and nothing else looks at.
+
+        Args:
+            name: of the attribute.
+            values: one for all, or a list or tuple of one for each.
+        """
+        one_for_each = isinstance(values, list | tuple)
+        if one_for_each and len(values) != self.num_envs:
+            raise OptionError("values", f"must be one for each of {self.num_envs} environments", len(values))
+        self._set[name] = tuple(values) if one_for_each else (values,) * self.num_envs
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """End the threads."""
+        if self._pool is not None:
+            self._pool.shutdown()
+            self._pool = None
+
+    def _advance(self, stages: npt.NDArray[np.int64], actions: Any = None) -> None:
+        """Have all go through their stages."""
+        self._batch.tables["stage"] = stages
+        if actions is None:
+            actions = np.zeros((self.num_envs, 1))
+        while self._play(actions):
+            self._herds = building.with_more_room(self._herds)
+
+    def _play(self, actions: Any) -> int:
+        """The compiled call, in parts on several threads; how many environments lack room."""
+
+        def part(first: int, end: int) -> int:
+            return advance(
+                first,
+                end,
+                actions,
+                self._batch,
+                self._choices,
+                self._scenery,
+                self._herds,
+                self._given,
+                self._output,
+                (*room_for_call(), DATA),
+            )
+
+        parts = min(4 * self._threads, self.num_envs // _SMALLEST_PART)
+        if parts < 2 or self._threads == 1:
+            return part(0, self.num_envs)
+        if self._pool is None:
+            self._pool = ThreadPoolExecutor(self._threads)
+        ends = np.linspace(0, self.num_envs, parts + 1).astype(int).tolist()
+        return sum(self._pool.map(lambda pair: part(*pair), pairwise(ends)))
+
+    def _checked(self, actions: Any) -> Any:
+        """(B, D) the actions as numbers, if they can be carried out.
+
+        Raises:
+            gymnasium.error.InvalidAction: they cannot.
+        """
+        space = self.single_action_space
+        given = np.asarray(actions)
+        shape = (self.num_envs, *(space.shape or ()))
+        if given.shape != shape or given.dtype.kind not in ("iu" if self._discrete else "biuf"):
+            expected = f"must be numbers of shape {shape}"
+            raise gym.error.InvalidAction(f"actions: {expected}, got {given.dtype} of {given.shape}")
+        values = given.astype(np.float64)
+        right = np.isfinite(values)
+        if isinstance(space, spaces.MultiDiscrete):
+            right = (values >= 0) & (values < space.nvec)
+        if not right.all():
+            b = int(np.flatnonzero(~right.all(axis=1))[0])
+            raise gym.error.InvalidAction(f"actions[{b}]: must be in {space}, got {given[b].tolist()}")
+        return values
+
+    def _observed(self, numbers: npt.NDArray[np.float32]) -> Observations:
+        """The parts of observations, of copies."""
+        copied = numbers.copy()
+        return {name: copied[:, place] for name, place in self._parts.items()}
+
+    def _infos(self, reports: Structs[Report], masks: BoolArray, who: BoolArray) -> dict[str, Any]:
+        """Numbers of `info` with masks of who has them, as `VectorEnv` has infos."""
+        values: dict[str, npt.NDArray[Any]] = {
+            name: reports[name].copy()
+            for name in ("accuracy", "wrong_labels", "paper_margin", "effort", "miscounts", "phase")
+        }
+        values |= {name: reports["terms"][:, k].copy() for k, name in enumerate(self._terms)}
+        values[EFFORT] = reports["effort_cost"].copy()
+        if self._discrete:
+            values["action_mask"] = masks.copy()
+        infos: dict[str, Any] = {}
+        for name, value in values.items():
+            if not who.all():
+                value[~who] = 0
+            infos[name], infos[f"_{name}"] = value, who.copy()
+        return infos
+
+    def _final(self, over: BoolArray) -> dict[str, Any]:
+        """What episodes ended with that have been followed by others in this step."""
+        output, rows = self._output, np.flatnonzero(over).tolist()
+        seen, final = self._observed(output.last_numbers), np.full(self.num_envs, None, dtype=object)
+        for b in rows:
+            final[b] = {name: values[b] for name, values in seen.items()}
+        told = self._infos(output.last_reports, output.last_masks, over)
+        return {"final_obs": final, "_final_obs": over.copy(), "final_info": told, "_final_info": over.copy()}
+
+    def _given_by(self, asked: Mapping[str, Any]) -> Given:
+        """What `reset` was given, for kernels."""
+        given, scene, config = building.nothing_given(self._scene), self._scene, self.config
+        if asked.get("layout") is not None:
+            layout = given_layout(scene, asked["layout"])
+            given.position[:], given.yaw[:], given.has[0] = layout.position, layout.yaw, True
+        if asked.get("camera") is not None:
+            fov = VisitCameras(scene, field_of_view(config.fov), config.game).fov
+            given.eyes[0] = eyes_of(given_camera(asked["camera"], fov))[0]
+            given.has[1] = True
+        return given
+
+
+def mode_of(mode: AutoresetMode | str) -> AutoresetMode:
+    """An autoreset mode from itself or its value.
+
+    Raises:
+        OptionError: there is no such mode.
+    """
+    try:
+        return AutoresetMode(mode)
+    except ValueError:
+        known = ", ".join(str(one.value) for one in AutoresetMode)
+        raise OptionError("autoreset_mode", f"must be one of {known}", mode) from None
+
+
+def _whole(name: str, value: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
+        raise OptionError(name, "must be a whole number not below 1", value)
+    return int(value)
+
+
+def _mask(given: Any, count: int) -> BoolArray:
+    """(B,) which environments are to begin."""
+    if given is None:
+        return np.ones(count, dtype=bool)
+    mask = np.asarray(given)
+    if mask.shape != (count,) or mask.dtype != np.bool_ or not mask.any():
+        raise OptionError("options.reset_mask", f"must be ({count},) booleans, at least one true", given)
+    return mask
+
+
+def _seeds(seed: Any, count: int) -> list[int | None]:
+    """The seed of each environment."""
+    if seed is None:
+        return [None] * count
+    if isinstance(seed, int | np.integer):
+        return [int(seed) + k for k in range(count)]
+    seeds = [None if one is None else int(one) for one in seed]
+    if len(seeds) != count:
+        raise OptionError("seed", f"must be one for each of {count} environments", len(seeds))
+    return seeds
