@@ -114,6 +114,19 @@ def test_a_recorded_carry_shows_the_way_and_ends_alike() -> None:
     assert len({tuple(place) for place in seen}) > 10
 
 
+def test_carries_at_once_leave_the_state_of_those_tick_by_tick(rng: np.random.Generator) -> None:
+    at_once, by_ticks = table(), table()
+    for _ in range(40):
+        i, goal, yaw = int(rng.integers(10)), rng.uniform(-0.1, [1.3, 0.9]), float(rng.uniform(-4, 4))
+        most = MotionLimit(metres=float(rng.uniform(0, 0.6)))
+        one = at_once.carry(i, goal, yaw, most=most)
+        assert by_ticks.carry(i, goal, yaw, lambda now: None, most=most) == one
+    for name in ("width", "ticks", "still", "quiet", "metres", "radians", "changes", "hand"):
+        assert at_once.space.states[name] == by_ticks.space.states[name]
+    for name in ("x", "z", "angle"):
+        np.testing.assert_array_equal(at_once.space.bodies[name], by_ticks.space.bodies[name])
+
+
 def test_what_never_moves_is_not_lifted() -> None:
     tabletop = table()
     shed = int(np.flatnonzero(FARM.layout.fixed)[0])
