@@ -40,7 +40,7 @@ def page() -> str:
 
 def is_plain(name: str) -> bool:
     """Whether an id is no variant of another."""
-    return not gym.spec(name).kwargs.keys() & {"action", "knowledge"}
+    return not gym.spec(name).kwargs.keys() & {"action", "knowledge", "reward"}
 
 
 def registered(name: str) -> str:

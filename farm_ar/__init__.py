@@ -21,6 +21,7 @@ _VARIANTS: dict[str, dict[str, str]] = {
     "": {},
     "Discrete": {"action": "discrete", "observation": "flat"},
     "BlackBox": {"knowledge": "black-box"},
+    "Shaped": {"reward": "shaped"},
 }
 
 for _name, _arguments in _ENVIRONMENTS.items():

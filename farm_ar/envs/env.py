@@ -47,9 +47,10 @@ class FarmToTableEnv(RecordedEnv):
     | `FarmToTableLayout-v0` | a whole visit: a displacement for every building (`control="layout"`); so an episode of one visit is one step |
     | `SceneLayout-v0` | the same in any scene, without physics and game (`control="layout"`, `game=False`); one step too |
 
-    Each of these has two variants. `FarmToTableDiscrete-v0`, `FarmToTableHandDiscrete-v0`, `FarmToTableLayoutDiscrete-v0` and
+    Each of these has three variants. `FarmToTableDiscrete-v0`, `FarmToTableHandDiscrete-v0`, `FarmToTableLayoutDiscrete-v0` and
     `SceneLayoutDiscrete-v0` have `action="discrete"` and `observation="flat"`, for learners such as DQN and CleanRL's `ppo.py`.
-    `FarmToTableBlackBox-v0` and so on have `knowledge="black-box"`.
+    `FarmToTableBlackBox-v0` and so on have `knowledge="black-box"`. `FarmToTableShaped-v0` and so on have `reward="shaped"`, to
+    train learners without a recipe that are then evaluated with the id itself.
 
     A second environment, `DeliverToChair-v0`, has a page below: a robot that must find one of several identical chairs.
 
@@ -111,7 +112,8 @@ class FarmToTableEnv(RecordedEnv):
     another label.
 
     `observation="flat"` is the same in one `Box`, the parts joined in the order of their names. `"pixels"` is the table from
-    above, `Box(0, 255, (96, W, 3), uint8)`; `"headset"` is what the headset's camera sees, `Box(0, 255, (84, 84, 3), uint8)`: buildings, shed, table and hand, without labels.
+    above, `Box(0, 255, (96, W, 3), uint8)`; `"headset"` is what the headset's camera sees, `Box(0, 255, (84, 84, 3), uint8)`:
+    buildings, shed, table and hand, without labels.
 
     ## Rewards
 
@@ -121,7 +123,8 @@ class FarmToTableEnv(RecordedEnv):
     |---|---|
     | `identity` | the rise of the number of wrong labels: those last read from another object than their own |
     | `margin` | the same + .5 x the rise of sum(1 - clip(margin / .3, 0, 1)) / 2 over the objects in view, of a snapshot as things stand |
-    | `clutter` | the same + .5 x the rise of that sum over all movable objects, were they all in view and known to stand as they do; what a helper (`sign=-1`) can lower |
+    | `shaped` | the same as `identity` + the rise of sum((1 - clip(m / .3, -1, 1)) / 2) over the objects in view, of a snapshot as things stand; m is the margin, negative where the label would be wrong |
+    | `clutter` | the same as `identity` + .5 x the rise of that sum over all movable objects, were they all in view and known to stand as they do; what a helper (`sign=-1`) can lower |
     | `miscount` | animals that got into the wrong building or ended at an empty spot |
     | `endpoint` | the rise of the distance from believed to true places, summed, as a share of the diagonal |
 
@@ -372,6 +375,16 @@ class FarmToTableEnv(RecordedEnv):
         if self._trace is None:
             self._require_reset()
         return self._world
+
+    @property
+    def expected_wrong(self) -> float:
+        """About how many labels a snapshot as things stand would get wrong, each counted from 0 to 1.
+
+        Raises:
+            gymnasium.error.ResetNeeded: there has been no episode yet.
+        """
+        self._features.read(self.world)
+        return self._features.expected_wrong
 
     def render(self) -> Any:
         """A picture of now, (H, W, 3) bytes, under `render_mode="rgb_array"`; under "human" a page shows it."""

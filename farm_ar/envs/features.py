@@ -144,11 +144,13 @@ class Found(NamedTuple):
     Args:
         pose: (M, 4) x, z, yaw, and 1 where the camera saw it, else 0, of each object as the layout has them.
         margin: (M,) of those seen.
+        right: (M,) whether those seen would get their own label.
         cost: (M, M) of every label for every object.
     """
 
     pose: FloatArray
     margin: FloatArray
+    right: BoolArray
     cost: FloatArray
 
 
@@ -165,6 +167,8 @@ class Features:
         least_margin: the smallest margin of a movable object in view, 1 where none has another choice.
         ambiguity: half the sum over movable objects in view of 1 - margin / 0.3, each from 0 (clear) to 1
             (a tie).
+        expected_wrong: the sum over movable objects in view of (1 - signed margin / 0.3) / 2, each from 0
+            (clearly right) to 1 (clearly wrong); the sign is that of being right.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -174,7 +178,7 @@ class Features:
         m, kinds, widest = len(layout), len(layout.categories), shapes["cost"][1]
         self.numbers: Float32Array = np.zeros(length, dtype=np.float32)
         self.parts = parts_of(self.numbers, m, kinds, widest)
-        self.least_margin, self.ambiguity = 1.0, 0.0
+        self.least_margin, self.ambiguity, self.expected_wrong = 1.0, 0.0, 0.0
         self._objects = Objects.unmet(layout)
         sides, size = np.unique(sorted_log_sides(layout.size), axis=0, return_inverse=True)
         kinds_of_size = np.unique(np.column_stack([layout.category_code, size.reshape(m)]), axis=0)
@@ -190,7 +194,12 @@ class Features:
                 compare_sizes=len(kinds_of_size) > kinds,  # elsewhere they cost the same
             ),
         )
-        self._found = Found(np.full((m, 4), np.nan), np.full(m, np.nan), np.full((m, m), np.nan))
+        self._found = Found(
+            np.full((m, 4), np.nan),
+            np.full(m, np.nan),
+            np.zeros(m, dtype=np.bool_),
+            np.full((m, m), np.nan),
+        )
         self._seen_of: tuple[World, float, Layout, Camera] | None = None
 
     def meet(self, layout: Layout, order: IntArray) -> None:
@@ -212,7 +221,7 @@ class Features:
             return
         if was is None or believed is not was[2]:
             self._found.pose[:] = np.nan
-        self.least_margin, self.ambiguity = read_table(
+        self.least_margin, self.ambiguity, self.expected_wrong = read_table(
             world.places,
             Believed(believed.position, believed.yaw),
             visibility.eyes_of(camera),
@@ -239,7 +248,7 @@ def read_table(
     room: Room,
     found: Found,
     numbers: Float32Array,
-) -> tuple[float, float]:
+) -> tuple[float, float, float]:
     """Fill in what there is to say of the table.
 
     Args:
@@ -253,7 +262,7 @@ def read_table(
             quarter of a microsecond; so the parts are distinguished in here.)
 
     Returns:
-        `least_margin` and `ambiguity` of `Features`.
+        `least_margin`, `ambiguity` and `expected_wrong` of `Features`.
     """
     parts = parts_of(numbers, len(objects.number), room.kinds, objects.rivals.shape[1])
     anew, pose, eye = np.zeros(room.kinds, dtype=np.bool_), found.pose, eyes[0]
@@ -273,7 +282,7 @@ def read_table(
     parts.camera[2], parts.camera[3] = eye.sine, eye.cosine
     if anew.any():
         _assess(anew, believed, objects, room, found)
-    least, ambiguity = np.inf, 0.0
+    least, ambiguity, wrong = np.inf, 0.0, 0.0
     for k in range(len(objects.number)):
         i, margin = objects.number[k], np.inf
         for column in range(objects.rivals.shape[1]):
@@ -284,8 +293,10 @@ def read_table(
             if not objects.fixed[k] and margin < np.inf:
                 least = min(least, margin)
                 ambiguity += (1 - within(margin / MARGIN_SCALE, 0, 1)) / 2
+                signed = margin if found.right[i] else -margin
+                wrong += (1 - within(signed / MARGIN_SCALE, -1, 1)) / 2
         parts.margin[k] = min(margin / MARGIN_SCALE, 1.0)
-    return (least if least < np.inf else 1.0), ambiguity
+    return (least if least < np.inf else 1.0), ambiguity, wrong
 
 
 @compiled
@@ -324,4 +335,4 @@ def _assess(anew: BoolArray, believed: Believed, objects: Objects, room: Room, f
         for j in range(m):
             found.cost[i, j] = answer.costs[0, i, j]
         if answer.label[0, i] != UNKNOWN:
-            found.margin[i] = answer.margin[0, i]
+            found.margin[i], found.right[i] = answer.margin[0, i], answer.label[0, i] == i

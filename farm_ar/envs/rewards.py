@@ -44,6 +44,14 @@ def ambiguity(env: FarmToTableEnv) -> float:
     return env.ambiguity
 
 
+def expected_wrong(env: FarmToTableEnv) -> float:
+    """Sum over movable objects in view of (1 - signed margin / 0.3) / 2, of a snapshot as things stand.
+
+    It rises smoothly from 0 to 1 for each label while its object comes to be taken for another.
+    """
+    return env.expected_wrong
+
+
 def clutter(env: FarmToTableEnv) -> float:
     """Half the sum over movable objects of 1 - margin / 0.3, were they in view and known to stand as they do.
 
@@ -78,6 +86,7 @@ MARGIN_SHARE = 0.5
 REWARDS: dict[str, dict[str, Term]] = {
     "identity": {"identity": Term(wrong_labels)},
     "margin": {"identity": Term(wrong_labels), "margin": Term(ambiguity, MARGIN_SHARE, foresight=True)},
+    "shaped": {"identity": Term(wrong_labels), "shaped": Term(expected_wrong, foresight=True)},
     "clutter": {"identity": Term(wrong_labels), "clutter": Term(clutter, MARGIN_SHARE)},
     "miscount": {"miscount": Term(miscounts, needs_game=True)},
     "endpoint": {"endpoint": Term(endpoint_error)},

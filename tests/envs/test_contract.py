@@ -1,6 +1,7 @@
 """Every registered environment, and every option at least once, keeps the whole contract."""
 
 import pickle
+import re
 
 import gymnasium as gym
 import numpy as np
@@ -14,6 +15,7 @@ from farm_ar.testing import check_environment
 
 MOVE, HAND, LAYOUT, SCENE = "FarmToTable-v0", "FarmToTableHand-v0", "FarmToTableLayout-v0", "SceneLayout-v0"
 FOUR, DELIVER = (MOVE, HAND, LAYOUT, SCENE), "DeliverToChair-v0"
+VARIANTS_OF_FOUR = ("Discrete", "BlackBox", "Shaped")
 
 NOISY = OraclePerception(
     Detector(position_sd=0.01, yaw_sd=0.1, miss_rate=0.1, false_rate=0.5, unknown_rate=0.1)
@@ -29,7 +31,7 @@ VARIANTS = [
     (HAND, {}),
     (LAYOUT, {}),
     (SCENE, {}),
-    *((name.replace("-", f"{variant}-"), {}) for variant in ("Discrete", "BlackBox") for name in FOUR),
+    *((name.replace("-", f"{variant}-"), {}) for variant in VARIANTS_OF_FOUR for name in FOUR),
     (MOVE, {"action": "slot"}),
     (MOVE, {"action": "continuous"}),
     (MOVE, {"jitter": "none"}),
@@ -91,7 +93,7 @@ def test_an_environment_keeps_its_contract(variant):
     name, arguments = variant
     # The first picture of a scene takes a second, so that not all of them are looked at.
     render = (not arguments and name in STEPS) or "render_mode" in arguments
-    steps = STEPS[name.replace("Discrete", "").replace("BlackBox", "")]
+    steps = STEPS[re.sub("|".join(VARIANTS_OF_FOUR), "", name)]
     check_environment(lambda: gym.make(name, **arguments), seed=1, steps=steps, render=render)
 
 

@@ -66,6 +66,32 @@ def test_the_margin_reward_of_a_clean_exchange_is_that_of_its_wrong_labels(plain
     assert env.step(offsets(THERE, BACK))[1] == pytest.approx(2 - 0.25 * EFFORT)
 
 
+@pytest.mark.parametrize("sign", [1, -1])
+def test_the_shaped_reward_adds_how_far_each_label_has_come_to_being_wrong(plain, offsets, sign):
+    # Half a label where the two cannot be told apart, less or more by its margin / .3 / 2: 20 cm before.
+    for ways, margin, wrong, effort in [
+        (((0.03, 0), (0, 0)), 0.14, 0, 0.03),
+        ((THERE, BACK), -0.2, 2, EFFORT),
+        (((0.08, 0), BACK), -0.16, 2, 0.18),
+        (((-0.09, 0), (0.09, 0)), 0.2, 0, 0.18),  # 38 cm less 18
+    ]:
+        env = plain(reward="shaped", sign=sign)
+        env.reset(seed=0)
+        _, reward, *_, info = env.step(offsets(*ways))
+        assert info["wrong_labels"] == wrong
+        harm = wrong + 2 * (0.2 - margin) / 0.3 / 2
+        assert reward == pytest.approx(sign * harm - 0.25 * effort)
+
+
+def test_the_shaped_reward_counts_what_is_in_view_only(plain, offsets, left_only):
+    env = plain(reward="shaped", visits=2)
+    env.reset(seed=0, options={"camera": left_only})
+    # Of one detection two labels can be: 10 cm to the other, and 10 more after it has gone there.
+    assert env.expected_wrong == pytest.approx((1 - 0.1 / 0.3) / 2)
+    _, reward, *_ = env.step(offsets((0.04, 0)))
+    assert reward == pytest.approx(0.5 * 0.08 / 0.3 - 0.25 * 0.04)
+
+
 def test_the_endpoint_reward_is_the_rise_of_the_distance_between_belief_and_truth(plain, offsets):
     env = plain(reward="endpoint", visits=2)
     env.reset(seed=0)
