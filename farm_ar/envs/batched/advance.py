@@ -21,6 +21,7 @@ from farm_ar.envs.batched.state import (
     MARGIN,
     MISCOUNT,
     PLAY,
+    SHAPED,
     SHOW,
     STILL,
     WARM_UP,
@@ -63,13 +64,13 @@ def objects_of(b: int, batch: Batch) -> Objects:
 def read(b: int, batch: Batch, scenery: Scenery, numbers: Float32Array) -> None:
     """Fill in what there is to say of a table, (L,), as `Features.read` does."""
     table = batch.tables[b]
-    table.least_margin, table.ambiguity = read_table(
+    table.least_margin, table.ambiguity, table.expected_wrong = read_table(
         batch.places[b],
         Believed(batch.believed[b], batch.facing[b]),
         batch.eyes[b : b + 1],
         objects_of(b, batch),
         scenery.features,
-        Found(batch.pose[b], batch.margin[b], batch.cost[b]),
+        Found(batch.pose[b], batch.margin[b], batch.right[b], batch.cost[b]),
         numbers,
     )
 
@@ -202,13 +203,19 @@ def clutter(b: int, batch: Batch, choices: Choices, scenery: Scenery) -> float:
 
 
 @chipmunk.compiled
+def foresight(table: Table, choices: Choices) -> float:
+    """What the reward foresees of the snapshot to come."""
+    return table.ambiguity if choices.reward == MARGIN else table.expected_wrong
+
+
+@chipmunk.compiled
 def begin_step(b: int, batch: Batch, choices: Choices, scenery: Scenery, herds: Herds, work: Work) -> None:
     """Measure what is paid for, before."""
     table = batch.tables[b]
     table.before[0] = measure(b, batch, choices, scenery, herds, work)
     table.before[1] = 0.0
-    if choices.reward == MARGIN:
-        table.before[1] = table.ambiguity
+    if choices.reward in (MARGIN, SHAPED):
+        table.before[1] = foresight(table, choices)
     elif choices.reward == CLUTTER:
         table.before[1] = clutter(b, batch, choices, scenery)
 
@@ -254,13 +261,14 @@ def paid(
     now = measure(b, batch, choices, scenery, herds, work)
     report.terms[0] = choices.sign * (now - table.before[0]) if now != table.before[0] else 0.0
     report.terms[1] = 0.0
-    if choices.reward in (MARGIN, CLUTTER):
-        now = table.foreseen if choices.reward == MARGIN else clutter(b, batch, choices, scenery)
+    if choices.reward in (MARGIN, CLUTTER, SHAPED):
+        now = clutter(b, batch, choices, scenery) if choices.reward == CLUTTER else table.foreseen
         if now != table.before[1]:
-            report.terms[1] = choices.sign * MARGIN_SHARE * (now - table.before[1])
+            scale = 1.0 if choices.reward == SHAPED else MARGIN_SHARE
+            report.terms[1] = choices.sign * scale * (now - table.before[1])
     report.effort_cost = -choices.effort_weight * table.moved if table.moved != 0 else 0.0
     total = float(report.terms[0])
-    if choices.reward in (MARGIN, CLUTTER):
+    if choices.reward in (MARGIN, CLUTTER, SHAPED):
         total += report.terms[1]
     return total + report.effort_cost
 
@@ -335,9 +343,9 @@ def advance(
         if table.stage == ACT:
             begin_step(b, batch, choices, scenery, herds, work)
             over = act(b, actions[b], batch, choices, scenery, work)
-            if choices.reward == MARGIN:
+            if choices.reward in (MARGIN, SHAPED):
                 read(b, batch, scenery, output.numbers[b])
-                table.foreseen = table.ambiguity
+                table.foreseen = foresight(table, choices)
             table.stage = CLOSE
             if over:
                 table.stage = end_visit(b, batch, choices, scenery, herds, work)

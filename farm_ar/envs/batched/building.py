@@ -59,6 +59,7 @@ REWARDS = {
     "clutter": state.CLUTTER,
     "miscount": state.MISCOUNT,
     "endpoint": state.ENDPOINT,
+    "shaped": state.SHAPED,
 }
 """The rewards, by name."""
 
@@ -144,7 +145,8 @@ def new_batch(count: int, scene: Scene) -> Batch:
     states["width"], states["depth"] = scene.size
     states["hand"]["gripped"] = -1
     states["lifts"] = states["still"] = True
-    objects, found = Objects.unmet(layout), Found(np.empty((m, 4)), np.empty(m), np.empty((m, m)))
+    objects = Objects.unmet(layout)
+    found = Found(np.empty((m, 4)), np.empty(m), np.empty(m, dtype=np.bool_), np.empty((m, m)))
     return Batch(
         new_structs(Table, count),
         new_structs(Eye, count),
@@ -155,7 +157,7 @@ def new_batch(count: int, scene: Scene) -> Batch:
         np.zeros((count, m)),
         np.zeros((count, m), dtype=np.int64),
         *(np.zeros((count, *part.shape), dtype=part.dtype) for part in objects),
-        *(np.zeros((count, *part.shape)) for part in found),
+        *(np.zeros((count, *part.shape), dtype=part.dtype) for part in found),
     )
 
 

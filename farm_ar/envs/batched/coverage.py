@@ -13,7 +13,7 @@ ONLY: dict[str, tuple[object, ...]] = {
     "control": ("move", "layout"),
     "action": ("displacement", "slot", "continuous", "offsets"),
     "observation": ("state",),
-    "reward": ("identity", "margin", "clutter", "miscount", "endpoint"),
+    "reward": ("identity", "margin", "clutter", "miscount", "endpoint", "shaped"),
     "reid": ("spatial", "distance"),
     "session": ("off",),
     "perception": ("oracle",),

@@ -22,7 +22,7 @@ stays in a stage, and goes on from there in the next call."""
 DISPLACEMENT, SLOT, CONTINUOUS, OFFSETS = range(4)
 """Actions."""
 
-IDENTITY, MARGIN, CLUTTER, MISCOUNT, ENDPOINT = range(5)
+IDENTITY, MARGIN, CLUTTER, MISCOUNT, ENDPOINT, SHAPED = range(6)
 """Rewards."""
 
 STILL, NEARBY, ANYWHERE, ON_PATH = range(4)
@@ -115,6 +115,7 @@ class Table(Struct):
     wrong: int
     least_margin: float
     ambiguity: float
+    expected_wrong: float
     before: Annotated[FloatArray, (TERMS,)]
     """What the reward's terms measured when the step began."""
     foreseen: float
@@ -211,6 +212,7 @@ class Batch(NamedTuple):
         rivals: (B, M, W') likewise.
         pose: (B, M, 4) as in `Found`.
         margin: (B, M) likewise.
+        right: (B, M) likewise.
         cost: (B, M, M) likewise.
     """
 
@@ -228,6 +230,7 @@ class Batch(NamedTuple):
     rivals: IntArray
     pose: FloatArray
     margin: FloatArray
+    right: BoolArray
     cost: FloatArray
 
 

@@ -16,7 +16,7 @@ STEPS = 100 * settings().max_examples
 GAMES = {
     "control": [("move", "displacement"), ("move", "slot"), ("move", "continuous"), ("layout", "offsets")],
     "knowledge": ["white-box", "black-box"],
-    "reward": ["identity", "margin", "clutter", "miscount", "endpoint"],
+    "reward": ["identity", "margin", "clutter", "miscount", "endpoint", "shaped"],
     "sign": [1, -1],
     "effort_weight": [0.0, 0.25, 3.0],
     "reid": ["spatial", "distance"],
@@ -36,7 +36,7 @@ GAMES = {
 PLAIN = {
     "game": [False],
     "control": [("layout", "offsets")],
-    "reward": ["identity", "margin", "clutter", "endpoint"],
+    "reward": ["identity", "margin", "clutter", "endpoint", "shaped"],
 }
 """The same without it."""
 
