@@ -11,6 +11,9 @@ from scipy.optimize import minimize
 
 from farm_ar.arrays import BoolArray, FloatArray
 
+GAIN, MOST_MOVED = (-2.0, 6.0), 8.0
+"""Bounds of the nats a pixel, and of the move in expected errors, as they count for a score."""
+
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
@@ -50,9 +53,9 @@ class Evidence:
             [
                 np.ones(len(heat)),
                 np.log(heat / (1 - heat)),
-                np.clip(self.gain, -2, 6),
+                np.clip(self.gain, *GAIN),
                 np.log(np.clip(self.visible, 0.03, 1)),
-                np.minimum(self.moved / np.maximum(self.spread[:, 0], 1e-6), 8.0),
+                np.minimum(self.moved / np.maximum(self.spread[:, 0], 1e-6), MOST_MOVED),
             ]
         )
 
@@ -118,6 +121,16 @@ class Calibration:
     def score(self, evidence: Evidence) -> FloatArray:
         """(N,) probability that there is such a thing."""
         return _logistic(evidence.for_score() @ self.score_of)
+
+    def most(self, heat: FloatArray, visible: FloatArray) -> FloatArray:
+        """(N,) the highest score that things may have, whatever refinement makes of them."""
+        n, best = len(heat), np.zeros(len(heat))
+        nothing, one = np.zeros(n), np.ones(n)
+        for gain in (nothing + GAIN[0], nothing, nothing + GAIN[1]):
+            for moved in (nothing, one * MOST_MOVED):
+                seen = Evidence(heat, visible, nothing, np.ones((n, 2)), one, gain, one, moved, nothing)
+                best = np.maximum(best, self.score(seen))
+        return best
 
     def flipped(self, evidence: Evidence) -> FloatArray:
         """(N,) probability that the heading is the opposite."""

@@ -63,6 +63,10 @@ class NetworkEstimator(PoseEstimator):
         if self._landmarks is not None:
             camera, _ = refine_camera(image, camera, self._landmarks, _instances(found, meshes))
             found = candidates(image, camera, network, meshes)
+        calibration = Calibration.of(network.calibration, self._refined)
+        # What no refinement can make probable, and what hides nothing, need not be refined.
+        most = calibration.most(found.heat, found.visible)
+        found = found.only((most >= self._least) | (found.heat > SURE_HEAT))
         refined = None
         if self._refined and len(found) and all(len(meshes[name]) <= MOST_FACES for name in found.category):
             solids = {name: self._solid(name, meshes[name]) for name in set(found.category)}

@@ -13,42 +13,31 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
-from farm_ar.kernels import compiled
 from farm_ar.rendering import Mesh, View
-from farm_ar.rendering.kernels import Faces, Lens, Nearness, rasterise
+from farm_ar.rendering.kernels import Lens, rasterise
 from farm_ar.rendering.renderer import lens_of
 from farm_ar.structs import Structs
 from farm_ar.vision.base import Image, size_of
+from farm_ar.vision.refinement_kernels import (
+    Around,
+    Eye,
+    Pieces,
+    background,
+    best_of,
+    cost_of,
+    pixels_of,
+    search,
+)
 
 MOST_FACES = 20_000
 """Of a mesh; what has more is not refined."""
 
 _MOST_PIECES = 48
-_VARIANCE = 30.0
-"""That of a colour on one piece, at the least, of 255 squared: noise."""
-
-_RING_PX = 9
-"""How far around a pixel the background is looked at."""
 
 _AROUND_PX = 6
 """Pixels around a thing that are compared."""
-
-_OWN_COLOUR = 4.0
-"""What a piece costs whose colour is not known before, nats."""
-
-Pieces = tuple[FloatArray, IntArray, int]
-"""Corners and pieces of a thing, and how many pieces there are."""
-
-Eye = tuple[FloatArray, FloatArray, Structs[Lens]]
-"""Where the camera is, its axes in the world, and its lens."""
-
-Around = tuple[Nearness, Nearness, Nearness]
-"""(H, W) nearness of other things, (H, W, 3) the image, (H, W) what each pixel costs without the thing."""
-
-_compile = compiled(error_model="numpy")
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,14 +129,14 @@ def refine(image: Image, camera: View, solids: Mapping[str, Solid], guesses: Gue
         stage.seek(k)
         stage.refine(k, _FIRST_STEP, 5)
     for k in order:
-        before = stage.refine(k, _SECOND_STEP, 4)
+        before, number = stage.refine(k, _SECOND_STEP, 4), stage.pixels[k]
         if guesses.flipped[k] >= TRIED:
             kept = stage.pose[k].copy()
             stage.pose[k, 2] += np.pi
             stage.seek(k)
             after = stage.refine(k, _FIRST_STEP, 6)
             opposite[k], stage.pose[k] = stage.pose[k], kept
-            flip[k] = (after - before) / max(stage.pixels(k), 1)
+            flip[k] = (after - before) / max(number, 1)
     found = [stage.look_at(k) for k in range(count)]
     gain, seen, curvature = (np.array([one[i] for one in found]) for i in range(3))
     return Refined(stage.pose, gain, seen, curvature.reshape(count, 3), flip, opposite)
@@ -174,6 +163,7 @@ class _Stage:
             camera = View(lens, camera.eye, camera.yaw, camera.pitch, camera.roll)
         self.camera, self.solids, self.pose = camera, solids, np.array(guesses.pose, dtype=np.float64)
         self._reach, self._sure = guesses.reach, guesses.sure
+        self.pixels = np.zeros(len(solids), np.int64)
         self._image = image.astype(np.float32)
         self._turn = np.ascontiguousarray(camera.rotation)
 
@@ -188,25 +178,25 @@ class _Stage:
         best = np.empty((_STARTS, 3))
         best_of(self.pose[k], toward, reach, best, *view)
         steps = _FIRST_STEP * np.array([self.solids[k].size.max(), self.solids[k].size.max(), 1.0])
-        costs = [float(search(pose, steps, 3, *view)) for pose in best]
+        costs = [float(search(pose, steps, 2, *view)) for pose in best]
         self.pose[k] = best[int(np.argmin(costs))]
 
     def refine(self, k: int, step: FloatArray, halvings: int) -> float:
-        """Search around a thing's pose; the cost that was found, compared with the background, nats."""
+        """Search around a thing's pose; the cost that was found, compared with the background, nats.
+
+        Its number of pixels is kept in `pixels`.
+        """
         view = self._around(k)
         if view is None:
+            self.pixels[k] = 0
             return 0.0
         scale = float(self.solids[k].size.max())
         steps = step * np.array([scale, scale, 1.0])
         pose = self.pose[k].copy()
         cost = search(pose, steps, halvings, *view)
         self.pose[k] = pose
+        self.pixels[k] = pixels_of(pose, *view[:2], view[2][0])
         return float(cost)
-
-    def pixels(self, k: int) -> int:
-        """How many pixels a thing has in the image."""
-        view = self._around(k)
-        return 0 if view is None else int((show(self.pose[k], *view[:2], view[2][0]) >= 0).sum())
 
     def look_at(self, k: int) -> tuple[float, float, list[float]]:
         """Gain a pixel, share that is seen, and curvature of the cost along x, z and yaw."""
@@ -214,7 +204,7 @@ class _Stage:
         if view is None:
             return 0.0, 0.0, [0.0] * 3
         pose = self.pose[k]
-        here, number = float(cost_of(pose, *view)), self.pixels(k)
+        here, number = float(cost_of(pose, *view)), pixels_of(pose, *view[:2], view[2][0])
         scale = float(self.solids[k].size.max())
         curvature = []
         for axis, step in enumerate((0.015 * scale, 0.015 * scale, 0.03)):
@@ -284,9 +274,9 @@ class _Stage:
         own = np.zeros(shape, np.float32)
         rasterise(corners, lens, 0, own, np.empty(shape, np.int32))
         here = np.ascontiguousarray(self._image[box[0] : box[1], box[2] : box[3]])
-        background = _background(here, region, own > nearness, numbers)
+        without = background(here, region, own > nearness, numbers)
         local = (solid.corners, solid.piece, int(solid.piece.max()) + 1)
-        return local, (self.camera.eye, self._turn, lens), (nearness, here, background)
+        return local, (self.camera.eye, self._turn, lens), (nearness, here, without)
 
 
 def _placed(corners: FloatArray, pose: FloatArray) -> FloatArray:
@@ -294,153 +284,3 @@ def _placed(corners: FloatArray, pose: FloatArray) -> FloatArray:
     turn = np.array([[cosine, 0.0, sine], [0.0, 1.0, 0.0], [-sine, 0.0, cosine]])
     placed: FloatArray = corners @ turn.T + np.array([pose[0], 0.0, pose[1]])
     return placed
-
-
-def _background(
-    image: npt.NDArray[np.float32], region: IntArray, own: npt.NDArray[np.bool_], regions: int
-) -> npt.NDArray[np.float32]:
-    """(H, W) nats that each pixel costs without the thing: as its neighbour's piece, or as what is around."""
-    found = np.zeros(image.shape[:2])
-    free = ((region < 0) & ~own).astype(np.float32)
-    if free.sum() < 8:
-        free = (region < 0).astype(np.float32) + np.float32(1e-3)
-    window = (2 * _RING_PX + 1,) * 2
-    weight = np.asarray(cv2.boxFilter(free, -1, window, normalize=False, borderType=cv2.BORDER_CONSTANT))
-    total = free.sum()
-    for c in range(3):
-        layer = image[..., c]
-        first, second = (
-            np.asarray(
-                cv2.boxFilter(free * power, -1, window, normalize=False, borderType=cv2.BORDER_CONSTANT)
-            )
-            for power in (layer, layer * layer)
-        )
-        # The mean of all that is free counts as a few pixels.
-        whole, square = float((free * layer).sum() / total), float((free * layer * layer).sum() / total)
-        mean = (first + 4 * whole) / (weight + 4)
-        variance = np.maximum((second + 4 * square) / (weight + 4) - mean * mean, 0) + _VARIANCE
-        nats = 0.5 * np.log(variance) + (layer - mean) ** 2 / (2 * variance)
-        if regions:
-            of_piece = np.where(region >= 0, region, regions)
-            number = np.bincount(of_piece.ravel(), minlength=regions + 1) + 1e-9
-            means = np.bincount(of_piece.ravel(), layer.ravel(), regions + 1) / number
-            spread = (
-                np.bincount(of_piece.ravel(), (layer.ravel() - means[of_piece.ravel()]) ** 2, regions + 1)
-                / number
-                + _VARIANCE
-            )
-            theirs = 0.5 * np.log(spread[of_piece]) + (layer - means[of_piece]) ** 2 / (2 * spread[of_piece])
-            nats = np.where(region >= 0, theirs, nats)
-        found += nats
-    return found.astype(np.float32)
-
-
-@_compile
-def cost_of(pose: FloatArray, solid: Pieces, camera: Eye, around: Around) -> float:
-    """How improbable pixels are with a thing at a pose, less how improbable they are without it, nats."""
-    (_, piece, pieces), (others, image, background) = solid, around
-    face = show(pose, solid, camera, others)
-    sums = np.zeros((pieces, 7))
-    total = 0.0
-    for row in range(face.shape[0]):
-        for column in range(face.shape[1]):
-            k = face[row, column]
-            if k < 0:
-                continue
-            s = piece[k]
-            total -= background[row, column]
-            sums[s, 0] += 1.0
-            for c in range(3):
-                value = float(image[row, column, c])
-                sums[s, 1 + c] += value
-                sums[s, 4 + c] += value * value
-    for s in range(pieces):
-        number = sums[s, 0]
-        if number < 1.0:
-            continue
-        for c in range(3):
-            mean = sums[s, 1 + c] / number
-            variance = max(sums[s, 4 + c] / number - mean * mean, 0.0)
-            spread = variance + _VARIANCE
-            total += 0.5 * number * (np.log(spread) + variance / spread)
-        total += _OWN_COLOUR
-    return total
-
-
-@_compile
-def show(pose: FloatArray, solid: Pieces, camera: Eye, others: Nearness) -> Faces:
-    """(H, W) which triangle of a thing at a pose each pixel shows, -1 for none."""
-    (corners, _, _), (eye, turn, lens) = solid, camera
-    nearness, face = others.copy(), np.full(others.shape, -1, np.int32)
-    place = np.empty_like(corners)
-    cosine, sine = np.cos(pose[2]), np.sin(pose[2])
-    for k in range(len(corners)):
-        for i in range(3):
-            x = cosine * corners[k, i, 0] + sine * corners[k, i, 2] + pose[0] - eye[0]
-            y = corners[k, i, 1] - eye[1]
-            z = cosine * corners[k, i, 2] - sine * corners[k, i, 0] + pose[1] - eye[2]
-            for c in range(3):
-                place[k, i, c] = turn[c, 0] * x + turn[c, 1] * y + turn[c, 2] * z
-    rasterise(place, lens, 0, nearness, face)
-    return face
-
-
-@_compile
-def search(
-    pose: FloatArray, steps: FloatArray, halvings: int, solid: Pieces, camera: Eye, around: Around
-) -> float:
-    """Move a pose downhill, with steps that are halved; the cost where it ends. The pose is changed."""
-    least = cost_of(pose, solid, camera, around)
-    step, trial = steps.copy(), pose.copy()
-    for _ in range(halvings):
-        for _ in range(3):
-            better = False
-            for axis in range(3):
-                for side in (1.0, -1.0):
-                    trial[:] = pose
-                    trial[axis] += side * step[axis]
-                    cost = cost_of(trial, solid, camera, around)
-                    if cost < least:
-                        least, better = cost, True
-                        pose[:] = trial
-                        break
-            if not better:
-                break
-        step *= 0.5
-    return least
-
-
-@_compile
-def best_of(
-    pose: FloatArray,
-    toward: FloatArray,
-    reach: float,
-    best: FloatArray,
-    solid: Pieces,
-    camera: Eye,
-    around: Around,
-) -> None:
-    """Fill in those of 45 poses around one that cost least.
-
-    Args:
-        pose: (3,) x, z and yaw.
-        toward: (2,) unit vector along the ray from the eye on the plane.
-        reach: metres.
-        best: (S, 3), filled in.
-        solid: the thing.
-        camera: the camera.
-        around: what is around it.
-    """
-    cost = np.empty(45)
-    poses = np.empty((45, 3))
-    for n in range(45):
-        along, across, turn = n // 9 - 2, n // 3 % 3 - 1, n % 3 - 1
-        ahead, beside = 0.5 * reach * along, 0.4 * reach * across
-        poses[n, 0] = pose[0] + toward[0] * ahead + toward[1] * beside
-        poses[n, 1] = pose[1] + toward[1] * ahead - toward[0] * beside
-        poses[n, 2] = pose[2] + 0.25 * turn
-        cost[n] = cost_of(poses[n], solid, camera, around)
-    for s in range(len(best)):
-        n = int(cost.argmin())
-        best[s] = poses[n]
-        cost[n] = np.inf

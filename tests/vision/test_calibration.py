@@ -53,3 +53,15 @@ def test_covariances_are_those_of_errors_in_the_direction_of_the_ray():
     assert np.median(ratio) == pytest.approx(np.log(2) ** 2 / 2, rel=0.15)  # of Laplace's distribution
     assert np.mean(ratio) == pytest.approx(1, rel=0.15)
     assert np.linalg.eigvalsh(covariance).min() > 0
+
+
+def test_no_refinement_scores_more_than_is_said_before():
+    rng, n = np.random.default_rng(3), 400
+    for _ in range(5):
+        weights = {"score": rng.normal(0, 2, 5).tolist()}
+        calibration = Calibration.of({"refined": weights}, True)
+        heat, visible, spread = rng.random(n), rng.random(n), rng.uniform(0.001, 0.1, (n, 2))
+        gain, moved = rng.uniform(-5, 20, n), rng.exponential(0.05, n)
+        nothing = np.zeros(n)
+        seen = Evidence(heat, visible, nothing, spread, nothing + 1, gain, nothing, moved, nothing)
+        assert (calibration.score(seen) <= calibration.most(heat, visible) + 1e-12).all()

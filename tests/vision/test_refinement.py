@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from farm_ar.rendering import HOLOLENS_2, Instance, Light, Mesh, Renderer, Sensor, View, model
+from farm_ar.rendering.renderer import lens_of
 from farm_ar.rendering.shapes import mesh_of, pane
 from farm_ar.vision.refinement import Guesses, Solid, refine
+from farm_ar.vision.refinement_kernels import RING_PX, VARIANCE, background, show
 
 CAMERA = View(HOLOLENS_2, np.array([0.0, 0.45, -0.6]), 0.0, -0.65)
 MESHES = {name: model(name) for name in ("coop", "hutch")}
@@ -94,3 +96,48 @@ def test_what_is_out_of_the_image_or_behind_the_camera_is_left_as_it_is():
     found = refined(image, ("coop", "hutch"), pose, np.full(2, 0.4))
     np.testing.assert_array_equal(found.pose, pose)
     np.testing.assert_array_equal(found.seen, 0.0)
+
+
+def nats_without(image, region, own, regions):
+    """What pixels cost without the thing, pixel by pixel as it is defined."""
+    free = (region < 0) & ~own
+    whole, found = image[free], np.zeros(region.shape)
+    for row, column in np.ndindex(*region.shape):
+        if region[row, column] >= 0:
+            some, more = image[region == region[row, column]], 0.0
+        else:
+            window = np.s_[
+                max(row - RING_PX, 0) : row + RING_PX + 1, max(column - RING_PX, 0) : column + RING_PX + 1
+            ]
+            some, more = image[window][free[window]], 4.0
+        weight = len(some) + more
+        mean = (some.sum(axis=0) + more * whole.mean(axis=0)) / weight
+        square = ((some**2).sum(axis=0) + more * (whole**2).mean(axis=0)) / weight
+        variance = np.maximum(square - mean**2, 0) + VARIANCE
+        found[row, column] = (np.log(variance) / 2 + (image[row, column] - mean) ** 2 / (2 * variance)).sum()
+    return found
+
+
+def test_the_background_is_described_by_what_is_around_and_neighbours_by_their_pieces():
+    rng = np.random.default_rng(0)
+    image = rng.uniform(0, 255, (24, 31, 3))
+    region = np.full((24, 31), -1)
+    region[3:12, 4:9], region[10:20, 20:28] = 0, 1
+    own = np.zeros((24, 31), bool)
+    own[8:18, 8:19] = True
+    found = background(image.astype(np.float32), region, own, 2)
+    np.testing.assert_allclose(found, nats_without(image, region, own, 2), rtol=2e-4)
+
+
+def test_what_a_pose_shows_is_what_the_renderer_draws():
+    nothing = np.zeros((360, 640), np.float32)
+    eye = (CAMERA.eye, np.ascontiguousarray(CAMERA.rotation), lens_of(CAMERA))
+    near_the_edge = np.array([[-0.36, 0.1, 0.3], [0.3, -0.05, 1.0], [5.0, 0.0, 0.1]])
+    for name, pose in zip((*CATEGORY, "coop", "hutch", "coop"), [*POSES, *near_the_edge], strict=True):
+        solid = (SOLIDS[name].corners, SOLIDS[name].piece, 1)
+        face, top, left = show(pose, solid, eye, nothing)
+        whole = np.full(nothing.shape, -1)
+        whole[top : top + face.shape[0], left : left + face.shape[1]] = face
+        thing = Instance(MESHES[name], np.array([pose[0], 0.0, pose[1]]), pose[2], 1)
+        drawn = Renderer([thing]).ids(CAMERA)[1] == 1
+        assert ((whole >= 0) != drawn).sum() <= 0.002 * drawn.sum()
