@@ -19,8 +19,9 @@ from farm_ar.arrays import SHARE, Limits
 from farm_ar.benchmark.worlds.base import Example, Row
 from farm_ar.errors import OptionError, SnapshotError
 from farm_ar.scenes import scene_from_dict, scene_to_dict, snapshot_from_dict, snapshot_to_dict
-from farm_ar.scenes.documents import Document, Flag, Listing, Named, Number, Object, OrNull, Text
+from farm_ar.scenes.documents import Document, Listing, Named, Object
 from farm_ar.scenes.files import read_json, write_text
+from farm_ar.scenes.kinds import Flag, Number, OrNull, Text
 
 INDEX, TRUTH = "suite.json", "truth.json"
 """The files of a suite's folder that say what is in it, and what is true."""

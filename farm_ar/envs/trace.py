@@ -16,20 +16,9 @@ from farm_ar import __version__
 from farm_ar.arrays import ANGLE, FINITE, POSITION, RANGE, Limits
 from farm_ar.errors import InputError, OptionError
 from farm_ar.scenes import Camera, Layout
-from farm_ar.scenes.documents import (
-    Anything,
-    Document,
-    Either,
-    Listing,
-    Named,
-    Number,
-    Numbers,
-    Object,
-    OrNull,
-    Text,
-    Whole,
-)
+from farm_ar.scenes.documents import Document, Listing, Named, Object
 from farm_ar.scenes.files import read_json, write_text
+from farm_ar.scenes.kinds import Anything, Either, Number, Numbers, OrNull, Text, Whole
 
 if TYPE_CHECKING:
     from farm_ar.envs.recorded import RecordedEnv

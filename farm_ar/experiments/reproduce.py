@@ -18,7 +18,7 @@ from farm_ar.experiments.headset_frames import fig13
 from farm_ar.experiments.noise_sweep import fig5
 from farm_ar.experiments.overview import table1
 from farm_ar.experiments.pruning import fig9, table3
-from farm_ar.experiments.real_rooms import fig14, table4, table5
+from farm_ar.experiments.real_rooms_report import fig14, table4, table5
 from farm_ar.experiments.relations import relations
 from farm_ar.experiments.report import Report, comparison_table
 from farm_ar.experiments.sequences import sequences

@@ -26,7 +26,7 @@ from farm_ar.scenes import (
     observe_many,
     visible,
 )
-from farm_ar.scenes.documents import NEEDED
+from farm_ar.scenes.kinds import NEEDED
 from farm_ar.sweeps import Executor, Outcome, Row, SerialExecutor, Store, Sweep, Watcher, run_sweep
 from farm_ar.sweeps.unit import code_version
 

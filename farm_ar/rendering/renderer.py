@@ -13,20 +13,10 @@ import numpy.typing as npt
 from farm_ar.arrays import ANGLE, POSITION, FloatArray, Record, read_only
 from farm_ar.errors import SceneError
 from farm_ar.rendering.camera import NEAR_M, View
-from farm_ar.rendering.kernels import (
-    NOTHING,
-    Changed,
-    Faces,
-    Lens,
-    Nearness,
-    Skin,
-    Sun,
-    rasterise,
-    shade,
-    smooth,
-)
+from farm_ar.rendering.kernels import NOTHING, Faces, Lens, Nearness, rasterise
 from farm_ar.rendering.light import Light
 from farm_ar.rendering.mesh import Mesh
+from farm_ar.rendering.shading import Changed, Skin, Sun, shade, smooth
 from farm_ar.structs import Structs, new_structs
 
 SKY = (168.0, 186.0, 204.0)

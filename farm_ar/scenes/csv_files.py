@@ -16,9 +16,9 @@ import numpy as np
 from farm_ar.arrays import ANGLE, FINITE, POSITION, SHARE, SIDE, Limits, number_in
 from farm_ar.errors import InputError, SceneError, SnapshotError
 from farm_ar.scenes.camera import Camera
-from farm_ar.scenes.documents import DEGREES, written
 from farm_ar.scenes.files import read_text
 from farm_ar.scenes.json_files import scene_from_dict, snapshot_from_dict
+from farm_ar.scenes.kinds import DEGREES, written
 from farm_ar.scenes.layout import Layout
 from farm_ar.scenes.scene import Scene
 from farm_ar.scenes.snapshot import Snapshot

@@ -7,24 +7,21 @@ from typing import Any
 from farm_ar.arrays import FINITE, RANGE, SHARE, SIDE, SPEED, TIME, WEIGHT, Limits
 from farm_ar.errors import SceneError, SnapshotError
 from farm_ar.scenes.camera import PAPER_FIELD_OF_VIEW
-from farm_ar.scenes.documents import (
+from farm_ar.scenes.documents import Document, Listing, Named, Object
+from farm_ar.scenes.files import degrees
+from farm_ar.scenes.kinds import (
     DEGREES,
     RADIANS,
-    Document,
     Either,
     Flag,
     Kind,
-    Listing,
-    Named,
     Number,
     Numbers,
-    Object,
     OrNull,
     Rows,
     Text,
     Whole,
 )
-from farm_ar.scenes.files import degrees
 from farm_ar.scenes.worlds import UNITS, WORLD_FRAMES, frame_hint
 
 UP_AND_DOWN = ("fov_up_deg", "fov_down_deg")

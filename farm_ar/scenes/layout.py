@@ -21,7 +21,7 @@ from farm_ar.arrays import (
     read_only,
 )
 from farm_ar.errors import SceneError
-from farm_ar.scenes.documents import is_text
+from farm_ar.scenes.kinds import is_text
 
 NO_CATEGORY = "no category"
 """The category of objects of which none is known: detections of any category may be those."""

@@ -11,7 +11,8 @@ from farm_ar.arrays import ANGLE, POSITION, SIDE, FloatArray, Limits, first_wron
 from farm_ar.errors import InputError
 from farm_ar.scenes.bounds import Bounds
 from farm_ar.scenes.declarations import IN_METRES
-from farm_ar.scenes.documents import NEEDED, Document, radians, written
+from farm_ar.scenes.documents import Document
+from farm_ar.scenes.kinds import NEEDED, radians, written
 from farm_ar.scenes.worlds import Poses, World, rigid, rotation_of
 
 Values = Mapping[str, Any]

@@ -15,7 +15,7 @@ from farm_ar.errors import SceneError
 from farm_ar.geometry import diameter, nearest_site
 from farm_ar.scenes.bounds import Bounds, turned
 from farm_ar.scenes.camera import PAPER_FIELD_OF_VIEW, CameraPath, FieldOfView
-from farm_ar.scenes.documents import is_text
+from farm_ar.scenes.kinds import is_text
 from farm_ar.scenes.layout import NO_CATEGORY, Layout
 from farm_ar.scenes.worlds import OURS, World
 

@@ -22,7 +22,7 @@ from farm_ar.arrays import (
 )
 from farm_ar.errors import SnapshotError
 from farm_ar.scenes.camera import Camera
-from farm_ar.scenes.documents import is_text
+from farm_ar.scenes.kinds import is_text
 from farm_ar.scenes.layout import unknown
 from farm_ar.scenes.uncertainty import Uncertainty
 from farm_ar.scenes.worlds import OURS, World

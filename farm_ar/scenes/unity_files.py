@@ -21,8 +21,8 @@ from scipy.spatial.transform import Rotation
 from farm_ar.arrays import SIDE, FloatArray, number_in
 from farm_ar.errors import SceneError
 from farm_ar.scenes.camera import CameraPath
-from farm_ar.scenes.documents import written
 from farm_ar.scenes.files import read_text
+from farm_ar.scenes.kinds import written
 from farm_ar.scenes.layout import Layout
 from farm_ar.scenes.scene import Scene, Site, Template
 

@@ -24,7 +24,8 @@ from farm_ar.reid import (
 )
 from farm_ar.reid.registry import MOST_PAIRS, REIDENTIFIERS, ReidFactory
 from farm_ar.scenes import Scene, Weights
-from farm_ar.scenes.documents import Either, Flag, Kind, MismatchError, Number, Numbers, Object, Text
+from farm_ar.scenes.documents import Object
+from farm_ar.scenes.kinds import Either, Flag, Kind, MismatchError, Number, Numbers, Text
 
 DEFAULT = "adaptive"
 """The method of a session that names none."""

@@ -12,21 +12,9 @@ from farm_ar.arrays import SHARE, FloatArray
 from farm_ar.errors import OptionError, SceneError, SnapshotError
 from farm_ar.scenes import WORLD_FRAMES, Scene, Snapshot, scene_from_dict, snapshot_from_dict
 from farm_ar.scenes.declarations import CAMERA, SCENE, SNAPSHOT
-from farm_ar.scenes.documents import (
-    NEEDED,
-    Document,
-    Flag,
-    Kind,
-    Listing,
-    MismatchError,
-    Named,
-    Number,
-    Object,
-    OrNull,
-    Text,
-    Whole,
-)
+from farm_ar.scenes.documents import Document, Listing, Named, Object
 from farm_ar.scenes.files import json_in
+from farm_ar.scenes.kinds import NEEDED, Flag, Kind, MismatchError, Number, OrNull, Text, Whole
 from farm_ar.scenes.streams import tolerant_snapshot
 from farm_ar.scenes.worlds import rigid, rotation_of
 from farm_ar.service.limits import ServiceLimits, check_texts

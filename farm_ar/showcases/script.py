@@ -17,8 +17,9 @@ from farm_ar.game_logic.events import GATE, STAIRS, Parts
 from farm_ar.game_logic.headset import FIELDS_OF_VIEW
 from farm_ar.game_logic.live import UPDATES
 from farm_ar.scenes import BUILTIN, Layout, Scene, builtin_scene, load_scene
-from farm_ar.scenes.documents import DEGREES, Document, Listing, Number, Numbers, Object, Text, Whole, radians
+from farm_ar.scenes.documents import Document, Listing, Object
 from farm_ar.scenes.files import read_text
+from farm_ar.scenes.kinds import DEGREES, Number, Numbers, Text, Whole, radians
 
 
 class ScriptError(InputError):

@@ -16,8 +16,8 @@ from farm_ar.envs.trace import TRACE
 from farm_ar.errors import InputError
 from farm_ar.scenes import BUILTIN, builtin_scene, scene_from_dict, scene_to_dict, snapshot_from_dict
 from farm_ar.scenes.declarations import CAMERA
-from farm_ar.scenes.documents import MismatchError, is_text
 from farm_ar.scenes.json_files import SCENE, SNAPSHOT
+from farm_ar.scenes.kinds import MismatchError, is_text
 from farm_ar.showcases.script import SCRIPT
 from farm_ar.vision.photos import image_camera_from_dict
 

@@ -11,14 +11,11 @@ from farm_ar.experiments.real_rooms import (
     Case,
     alone,
     cases,
-    fig14,
     fitted_shift,
     fused,
-    shares_of,
-    table4,
-    table5,
     walk_all,
 )
+from farm_ar.experiments.real_rooms_report import fig14, shares_of, table4, table5
 from farm_ar.experiments.setting import Setting, piece_rng
 from farm_ar.experiments.walks import Walk
 from farm_ar.reid import SpatialReid, accuracy
@@ -106,7 +103,7 @@ def test_shares_are_of_the_frames_by_their_accuracy():
 
 
 def test_the_reports_set_the_papers_numbers_beside_ours(setting, found, monkeypatch):
-    monkeypatch.setattr("farm_ar.experiments.real_rooms.TIMED_FRAMES", 2)
+    monkeypatch.setattr("farm_ar.experiments.real_rooms_report.TIMED_FRAMES", 2)
     report = table5(setting)
     by_name = {c.what: c for c in report.comparisons}
     for room, sd in {"pantry": "22.26", "cafeteria": "18.05", "classroom": "14.16"}.items():

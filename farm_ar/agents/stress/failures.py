@@ -19,8 +19,9 @@ from farm_ar.envs.generator import JITTERS
 from farm_ar.errors import InputError, OptionError
 from farm_ar.reid import REIDENTIFIERS, Identification, load_reid
 from farm_ar.scenes import Snapshot, observe
-from farm_ar.scenes.documents import Document, Listing, Number, Numbers, Object, Text, Whole
+from farm_ar.scenes.documents import Document, Listing, Object
 from farm_ar.scenes.files import read_json
+from farm_ar.scenes.kinds import Number, Numbers, Text, Whole
 from farm_ar.sweeps import Row
 
 GALLERY, GALLERY_OF_MANY = 6, 3

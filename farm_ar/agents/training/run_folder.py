@@ -21,8 +21,9 @@ import yaml
 from farm_ar import __version__
 from farm_ar.agents.training.recipes import Recipe, recipe_from, settings_of, yaml_from
 from farm_ar.errors import InputError, OptionError
-from farm_ar.scenes.documents import Document, Flag, Object, Text, Whole
+from farm_ar.scenes.documents import Document, Object
 from farm_ar.scenes.files import read_json, read_text, write_text
+from farm_ar.scenes.kinds import Flag, Text, Whole
 
 DESCRIPTION, HYPERPARAMETERS, LOCK = "run.json", "hyperparameters.yml", ".lock"
 CHECKPOINTS, BEST = "checkpoints", "best"

@@ -23,21 +23,10 @@ from farm_ar.reid.session.known import (
 )
 from farm_ar.reid.session.state import Aligned, Committed, Confirmed, Corrected, Event, Looked, State
 from farm_ar.scenes import scene_from_dict, scene_to_dict
-from farm_ar.scenes.documents import (
-    Document,
-    Kind,
-    Listing,
-    MismatchError,
-    Named,
-    Number,
-    Object,
-    OrNull,
-    Text,
-    Whole,
-    radians,
-)
+from farm_ar.scenes.documents import Document, Listing, Named, Object
 from farm_ar.scenes.files import degrees
 from farm_ar.scenes.json_files import SCENE
+from farm_ar.scenes.kinds import Kind, MismatchError, Number, OrNull, Text, Whole, radians
 
 VERSION = 1
 """Of the form of the file."""

@@ -22,22 +22,10 @@ from farm_ar.scenes import (
     snapshot_from_dict,
     snapshot_to_dict,
 )
-from farm_ar.scenes.documents import (
-    DEGREES,
-    Flag,
-    Kind,
-    Listing,
-    Named,
-    Number,
-    Numbers,
-    Object,
-    OrNull,
-    Text,
-    Whole,
-    radians,
-)
+from farm_ar.scenes.documents import Listing, Named, Object
 from farm_ar.scenes.files import degrees
 from farm_ar.scenes.json_files import SNAPSHOT
+from farm_ar.scenes.kinds import DEGREES, Flag, Kind, Number, Numbers, OrNull, Text, Whole, radians
 
 
 @dataclass(frozen=True)

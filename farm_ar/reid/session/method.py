@@ -41,8 +41,8 @@ from farm_ar.reid.session.state import (
 )
 from farm_ar.reid.session.tracks import Track, going_on, hints, with_tracks
 from farm_ar.scenes import Camera, Detections, Scene, Snapshot
-from farm_ar.scenes.documents import radians
 from farm_ar.scenes.files import degrees, read_json, write_text
+from farm_ar.scenes.kinds import radians
 
 
 class Session:

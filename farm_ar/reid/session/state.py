@@ -15,7 +15,7 @@ from farm_ar.reid.alignment import moved
 from farm_ar.reid.registration import RigidMotion
 from farm_ar.reid.session.tracks import Track
 from farm_ar.scenes import Detections, Layout, Scene, Snapshot, visible
-from farm_ar.scenes.documents import is_text
+from farm_ar.scenes.kinds import is_text
 from farm_ar.scenes.layout import NO_CATEGORY
 
 
