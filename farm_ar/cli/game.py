@@ -98,6 +98,14 @@ def play(
         int,
         typer.Option(metavar="N", parser=whole(0, 65535), help="The page's port; 0 for any that is free."),
     ] = 0,
+    lan: Annotated[
+        bool,
+        typer.Option("--lan", help="Serve the page to the local network, too, with TLS and a token."),
+    ] = False,
+    gallery: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="A stress test's folder, whose failures the page shows."),
+    ] = None,
 ) -> None:
     """Play the Farm-to-Table game: move buildings while the headset cannot look, and see what it believes.
 
@@ -108,8 +116,11 @@ def play(
     """
     from farm_ar.cli.page import can_show_page, serve_page
 
+    if lan and not terminal:
+        serve_page(seed, reid, port, lan=True, gallery=gallery, show=False)
+        return
     if not terminal and save is None and _at_a_terminal() and can_show_page():
-        serve_page(seed, reid, port)
+        serve_page(seed, reid, port, gallery=gallery)
         return
     from farm_ar.cli.options import check_file, make_folder, writing
     from farm_ar.cli.output import print_line

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import webbrowser
 from pathlib import Path
 from typing import Annotated
@@ -25,27 +26,51 @@ def can_show_page() -> bool:
     return True
 
 
-def serve_page(seed: int, reid: str, port: int, open_browser: bool = True) -> None:
-    """Serve the game's page on this machine until Ctrl-C."""
+def serve_page(
+    seed: int, reid: str, port: int, *, lan: bool = False, gallery: Path | None = None, show: bool = True
+) -> None:
+    """Serve the game's page until Ctrl-C.
+
+    Args:
+        seed: of the first game.
+        reid: its re-identifier.
+        port: 0 for any that is free.
+        lan: whether the local network is served, too, with TLS and a token; else this machine only.
+        gallery: a stress test's folder, whose failures are shown in place of those that come with farm-ar.
+        show: whether a browser is opened.
+    """
+    from farm_ar.cli.options import make_folder
     from farm_ar.cli.output import print_line, progress
+    from farm_ar.cli.serving import certificate_for, state_folder
     from farm_ar.errors import known_name
-    from farm_ar.service.network import listening
+    from farm_ar.service.access import Access, new_token
+    from farm_ar.service.network import listening, qr_code
     from farm_ar.service.running import run
     from farm_ar.web.app import make_web_app
+    from farm_ar.web.gallery import read_gallery
     from farm_ar.web.game import METHODS, Game
 
     known_name("reid", reid, METHODS)
-    at = listening("127.0.0.1", port)
+    failures = None if gallery is None else read_gallery(gallery)
+    token = os.environ.get("FARM_AR_TOKEN") or new_token() if lan else None
+    if lan:
+        make_folder("state", state_folder())
+    tls, address = certificate_for(state_folder(), lan)
+    at = listening("0.0.0.0" if lan else "127.0.0.1", port)
     with progress("Setting up the table"):
         Game(seed, reid).step()  # compiles what is not compiled
-    link = f"http://127.0.0.1:{at.getsockname()[1]}/"
+    scheme, where = "http" if tls is None else "https", at.getsockname()[1]
+    link = f"{scheme}://{address}:{where}/" + (f"#token={token}" if token else "")
 
     def announce() -> None:
         print_line(f"Play at {link} (Ctrl-C ends it)")
-        if open_browser:
+        if tls is not None:
+            print_line(f"Certificate: {tls.certificate}, SHA-256 {tls.pin}")
+            typer.echo(qr_code(link))
+        if show:
             webbrowser.open(link)
 
-    run(make_web_app(seed=seed, reid=reid), at, announce)
+    run(make_web_app(Access(token), seed, reid, failures), at, announce, tls)
     print_line("The game is over")
 
 
@@ -61,8 +86,12 @@ def export(
         list[Path] | None,
         typer.Option("--trace", metavar="FILE", help="An episode to show, too; may be repeated."),
     ] = None,
+    gallery: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="A stress test's folder, in place of the failures that come along."),
+    ] = None,
 ) -> None:
-    """Write a page that any host serves: the demonstrations and episodes, to watch with a scrubber.
+    """Write a page that any host serves: demonstrations, episodes and failures, to watch with a scrubber.
 
     Nothing is fetched from anywhere else. To look at it here: python -m http.server --directory DIR
     """
@@ -70,9 +99,11 @@ def export(
     from farm_ar.cli.output import print_line, progress
     from farm_ar.envs import load_trace
     from farm_ar.web.export import export as write
+    from farm_ar.web.gallery import read_gallery
 
+    failures = None if gallery is None else read_gallery(gallery)
     episodes = {path.stem: load_trace(path) for path in traces or []}
     make_folder("DIR", folder)
     with progress("Recording") as report:
-        written = write(folder, episodes, lambda share: report("Recording", share))
+        written = write(folder, episodes, lambda share: report("Recording", share), failures)
     print_line(f"Wrote {folder / 'index.html'} and {len(written) - 1} more files")

@@ -79,10 +79,10 @@ def serve(
     from farm_ar.service.store import Store
     from farm_ar.service.warming import warm_up
 
-    folder = state or _state_folder()
+    folder = state or state_folder()
     make_folder("--state", folder)
     token = token or os.environ.get("FARM_AR_TOKEN") or (new_token() if lan else None)
-    tls, address = _certificate(folder, lan, cert, key)
+    tls, address = certificate_for(folder, lan, cert, key)
     if record is not None:
         make_folder("--record", record)
     at = listening("0.0.0.0" if lan else "127.0.0.1", port)
@@ -173,13 +173,14 @@ def _eye(meshes: Path | None, estimator: str) -> Eye | None:
     return None if meshes is None else Eye.of(meshes, estimator)
 
 
-def _state_folder() -> Path:
+def state_folder() -> Path:
+    """Where sessions and the certificate are kept."""
     given = os.environ.get("XDG_STATE_HOME")
     return (Path(given) if given else Path.home() / ".local" / "state") / "farm-ar"
 
 
-def _certificate(
-    folder: Path, lan: bool, cert: Path | None, key: Path | None
+def certificate_for(
+    folder: Path, lan: bool, cert: Path | None = None, key: Path | None = None
 ) -> tuple[Certificate | None, str]:
     """The certificate, or None for plain HTTP; and the address."""
     from farm_ar.errors import OptionError

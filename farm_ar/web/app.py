@@ -18,6 +18,7 @@ from farm_ar.errors import InputError, OptionError, known_name
 from farm_ar.rendering.models import MODELS
 from farm_ar.service.access import Access
 from farm_ar.service.refusals import missing_package
+from farm_ar.web.gallery import Failures, cards_of, recorded_failure, shipped_gallery
 from farm_ar.web.game import Game
 from farm_ar.web.pointer import STEPS_PER_SECOND, Pointer
 from farm_ar.web.recordings import demonstrations, recorded_script, recorded_trace
@@ -93,15 +94,19 @@ class Table:
         self.empty_since = loop.time()
 
 
-def make_web_app(access: Access | None = None, seed: int = 0, reid: str = "spatial") -> FastAPI:
+def make_web_app(
+    access: Access | None = None, seed: int = 0, reid: str = "spatial", gallery: Failures | None = None
+) -> FastAPI:
     """The application of the page.
 
     Args:
         access: who may ask; on loopback anyone by default.
         seed: of the first game.
         reid: its re-identifier.
+        gallery: failures to look at; those that come with farm-ar by default.
     """
-    allowed = access or Access()
+    allowed, failures = access or Access(), shipped_gallery() if gallery is None else gallery
+    cards = cards_of(failures)
     tables: dict[str, Table] = {}
 
     @asynccontextmanager
@@ -150,10 +155,13 @@ def make_web_app(access: Access | None = None, seed: int = 0, reid: str = "spati
 
     @app.get("/recordings.json")
     async def recordings(request: Request) -> Response:
-        return await told(request, lambda: lambda: {"recordings": demonstrations()})
+        return await told(request, lambda: lambda: {"recordings": demonstrations(), "gallery": cards})
 
     @app.get("/recordings/{name}.json")
     async def demonstration(name: str, request: Request) -> Response:
+        if name in cards:
+            failure = failures[list(cards).index(name)]
+            return await told(request, lambda: lambda: recorded_failure(failure))
         return await told(request, lambda: lambda: _demonstration(name))
 
     @app.websocket("/games/{name}")

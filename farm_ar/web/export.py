@@ -8,8 +8,10 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from farm_ar.errors import OptionError
 from farm_ar.rendering.models import MODELS
 from farm_ar.scenes.files import whole_file
+from farm_ar.web.gallery import Failures, cards_of, recorded_failure, shipped_gallery
 from farm_ar.web.recordings import demonstrations, recorded_script, recorded_trace
 from farm_ar.web.telling import Json
 
@@ -18,6 +20,7 @@ def export(
     folder: Path,
     traces: Mapping[str, Mapping[str, Any]],
     report: Callable[[float], None] = lambda share: None,
+    gallery: Failures | None = None,
 ) -> list[Path]:
     """Write the page, its models, the demonstrations and episodes into a folder.
 
@@ -25,12 +28,13 @@ def export(
         folder: where; made if it is not there.
         traces: of the episodes, by the names that they get.
         report: called with the share that is done.
+        gallery: failures to look at; those that come with farm-ar by default.
 
     Returns:
         What was written.
 
     Raises:
-        OptionError: an episode is of an environment without the game.
+        OptionError: an episode is of an environment without the game, or has the name of a failure.
     """
     written = []
 
@@ -44,16 +48,23 @@ def export(
     def write_json(name: str, value: Json) -> None:
         write(name, json.dumps(value, separators=(",", ":")).encode())
 
-    titles, works = demonstrations(), len(demonstrations()) + len(traces)
+    failures = shipped_gallery() if gallery is None else gallery
+    titles, cards = demonstrations(), cards_of(failures)
+    works = len(titles) + len(traces) + len(cards)
     for done, name in enumerate(titles, start=1):
         write_json(f"recordings/{name}.json", recorded_script(name))
         report(done / works)
     for done, (name, trace) in enumerate(traces.items(), start=len(titles) + 1):
+        if name in cards:
+            raise OptionError("trace", "must have another name than the failures of the gallery", name)
         recording = recorded_trace(trace)
         titles[name] = f"{name}: {recording['title']}"
         write_json(f"recordings/{name}.json", recording)
         report(done / works)
-    write_json("recordings.json", {"recordings": titles})
+    for done, (name, failure) in enumerate(zip(cards, failures, strict=True), start=len(titles) + 1):
+        write_json(f"recordings/{name}.json", recorded_failure(failure))
+        report(done / works)
+    write_json("recordings.json", {"recordings": titles, "gallery": cards})
     static = files("farm_ar.web") / "static"
     page = (static / "index.html").read_text(encoding="utf-8")
     write("index.html", page.replace('<html lang="en">', '<html lang="en" data-alone>').encode())

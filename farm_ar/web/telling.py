@@ -12,6 +12,9 @@ from farm_ar.scenes import Layout, Scene
 
 Json = dict[str, Any]
 
+FRAMES_PER_SECOND = 10
+"""Of a recording; the page fills in what is between."""
+
 
 def told_scene(scene: Scene) -> Json:
     """What does not change: the table and what stands on it."""

@@ -105,7 +105,7 @@ class PageWindow:
 
         @app.get("/recordings.json")
         async def recordings() -> dict[str, Any]:
-            return {"recordings": {}}
+            return {"recordings": {}, "gallery": {}}
 
         add_files(app)
         return app

@@ -14,13 +14,19 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import uvicorn
+from hypothesis import settings
 
+from farm_ar.envs import first_difference
+from farm_ar.geometry import footprints_overlap
 from farm_ar.service.network import listening
 from farm_ar.web.app import make_web_app
 from farm_ar.web.export import export
+from farm_ar.web.gallery import shipped_gallery
 from farm_ar.web.game import Game
+from farm_ar.web.pointer import Pointer
 from farm_ar.web.recordings import demonstrations
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -284,14 +290,81 @@ def test_an_exported_page_needs_no_server(browser, tmp_path) -> None:
     server = ThreadingHTTPServer(("127.0.0.1", 0), partial(QuietHandler, directory=str(folder)))
     threading.Thread(target=server.serve_forever, daemon=True).start()
     page = Page(browser, f"http://127.0.0.1:{server.server_address[1]}/", None)
-    assert page.page.locator("#watch option").count() == len(demonstrations()) + 1 + 1
+    assert page.page.locator("#watch option").count() == len(demonstrations()) + len(shipped_gallery()) + 2
     assert not page.page.locator("#method").is_visible()
     page.page.select_option("#watch", "mine")
     page.until(lambda: "20 steps" in page.page.locator("#news").inner_text())
+    page.page.click("#gallery summary")
+    page.page.click("#cards button >> nth=1")
+    page.until(lambda: "wrong labels after" in page.page.locator("#news").inner_text())
+    assert page.page.locator("#watch").input_value() == "failure-1"
+    page.page.locator("#bar").evaluate(
+        "(bar) => { bar.value = bar.max; bar.dispatchEvent(new Event('input')); }"
+    )
+    page.page.wait_for_selector("#answers strong")
     assert not page.wrong
     page.close()
     server.shutdown()
     server.server_close()
+
+
+STORM = """
+async ([seed, count, buildings]) => {
+  HTMLElement.prototype.setPointerCapture = () => {};  // there are no such pointers
+  let state = seed;
+  const draw = (most) => {
+    state = (Math.imul(state, 1103515245) + 12345) >>> 0;
+    return Math.floor((state / 4294967296) * most);
+  };
+  const pane = document.getElementById("above");
+  const box = pane.getBoundingClientRect();
+  const kinds = ["pointerdown", "pointermove", "pointermove", "pointerup", "pointercancel", "pointerleave"];
+  const keys = ["ArrowUp", "ArrowDown", "ArrowLeft", "ArrowRight", " ", "q", "e", "Enter", "Escape", "t"];
+  const pause = (ms) => new Promise((later) => setTimeout(later, ms));
+  const cancelable = true, bubbles = true;
+  for (let k = 0; k < count; k++) {
+    const anywhere = [box.left - 30 + draw(box.width + 60), box.top - 30 + draw(box.height + 60)];
+    const [clientX, clientY] = draw(2) ? buildings[draw(buildings.length)] : anywhere;
+    const key = keys[draw(keys.length)], deltaY = draw(200) - 100;
+    if (draw(5) === 0) pane.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles }));
+    else if (draw(8) === 0) pane.dispatchEvent(new WheelEvent("wheel", { deltaY, cancelable }));
+    else pane.dispatchEvent(new PointerEvent(kinds[draw(kinds.length)], {
+      pointerId: 1 + draw(3), pointerType: draw(2) ? "touch" : "mouse", clientX, clientY, bubbles, cancelable,
+    }));
+    if (draw(10) === 0) await pause(draw(100));
+    if (draw(40) === 0) await pause(300);
+    if (draw(150) === 0) {
+      document.getElementById("look").click();
+      await pause(900);
+    }
+  }
+  for (const pointerId of [1, 2, 3]) pane.dispatchEvent(new PointerEvent("pointerup", { pointerId }));
+}
+"""
+
+
+def test_a_storm_of_events_leaves_no_broken_state(open_page) -> None:
+    page = open_page()
+    buildings = [page.on_page(*place) for place in page.game.world.truth.position.tolist()]
+    page.page.evaluate(STORM, [7, 10_000 if settings().max_examples > 50 else 1000, buildings])
+    page.page.locator("#look").click()
+    page.until(lambda: page.game.pointer == Pointer())
+    page.until(lambda: page.game.world.phase.text == "play" and page.game.world.tabletop.hand.gripped is None)
+    game, layout = page.game.world, page.game.world.truth
+    assert len(game.sightings) > 2
+    assert page.game.effort_cm > 0
+    assert game.tabletop.on_table(1e-6).all()
+    apart = ~footprints_overlap(
+        *(values[:, None] for values in (layout.position, layout.yaw, layout.size - 1e-6)),
+        *(layout.position, layout.yaw, layout.size - 1e-6),
+    )
+    assert (apart | np.eye(len(layout), dtype=bool)).all()
+    make = page.game.trace_so_far()
+    assert first_difference(make()) is None
+    start = page.place("red-coop")
+    page.page.mouse.move(*page.on_page(*start))
+    page.hand_at(*start)  # and the game goes on
+    assert not page.wrong
 
 
 class QuietHandler(SimpleHTTPRequestHandler):

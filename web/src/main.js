@@ -1,7 +1,8 @@
 // @ts-check
-/** @import {Hello, Message, Place, Recording, Round, Snapshot, State} from "./messages.js" */
+/** @import {Card, Hello, Message, Place, Recording, Round, Snapshot, State} from "./messages.js" */
 import { Connection } from "./connection.js";
 import { Controls } from "./controls.js";
+import { offerGallery } from "./gallery.js";
 import { Panel, part } from "./panel.js";
 import { Player, between } from "./recording.js";
 import { Rounds } from "./rounds.js";
@@ -163,6 +164,7 @@ async function watch(name) {
   }
   const recording = /** @type {Recording} */ (await reply.json());
   meet(recording, false);
+  if (name.startsWith("failure-") && !truth) toggleTruth();
   player.open(recording);
   panel.say(recording.title);
 }
@@ -170,9 +172,14 @@ async function watch(name) {
 async function offerRecordings() {
   const reply = await fetch(`recordings.json${query}`);
   if (!reply.ok) return;
-  const { recordings } = await reply.json();
+  const { recordings, gallery } = await reply.json();
   const chooser = /** @type {HTMLSelectElement} */ (part("watch"));
   for (const [name, title] of Object.entries(recordings)) chooser.add(new Option(String(title), name));
+  for (const [name, { title }] of Object.entries(/** @type {Record<string, Card>} */ (gallery))) chooser.add(new Option(title, name));
+  offerGallery(gallery, (name) => {
+    chooser.value = name;
+    watch(name).catch((problem) => panel.say(String(problem)));
+  });
   if (alone) watch(Object.keys(recordings)[0]);
   else chooser.add(new Option("This game so far", "this game"));
 }

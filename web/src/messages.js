@@ -24,6 +24,8 @@
  * @typedef {{kind: "refused", reason: string}} Refused
  * @typedef {{kind: "recording", title: string, rate: number, width: number, depth: number, objects: Thing[],
  *   frames: (State & {snapshot?: Snapshot})[]}} Recording
+ * @typedef {{title: string, width: number, depth: number, labels: string[], moved: number[],
+ *   ways: [number, number, number, number][]}} Card
  * @typedef {{width: number, depth: number, objects: Thing[]}} Place
  * @typedef {Hello | State | Snapshot | Round | Refused} Message
  */

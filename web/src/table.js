@@ -11,6 +11,8 @@ export const at = (x, y, z) => new THREE.Vector3(x, y, -z);
 const turned = (yaw) => Math.PI - yaw;
 
 const LIFTED_M = 0.05;
+/** The diagonal of the farm's table, for which signs and lights are made. */
+const FARM_M = Math.hypot(1.2, 0.8);
 const loader = new GLTFLoader();
 
 /** @param {string} name @returns {Promise<THREE.Group>} */
@@ -96,6 +98,7 @@ export class Table {
     this.hello = hello;
     this.scene = new THREE.Scene();
     this.scene.background = new THREE.Color("#dfe6e4");
+    this.scale = Math.hypot(hello.width, hello.depth) / FARM_M;
     /** @type {THREE.Object3D[]} */ this.things = [];
     /** @type {ReturnType<typeof plate>[]} */ this.plates = [];
     /** @type {THREE.Object3D[]} */ this.animals = [];
@@ -112,14 +115,14 @@ export class Table {
     const { width, depth } = this.hello;
     this.scene.add(new THREE.HemisphereLight("#ffffff", "#8c8474", 1.6));
     const sun = new THREE.DirectionalLight("#fff4e0", 2.2);
-    sun.position.copy(at(width * 0.2, 1.6, depth * 0.9));
+    sun.position.copy(at(width * 0.2, 1.6 * this.scale, depth * 0.9));
     sun.target.position.copy(at(width / 2, 0, depth / 2));
     sun.castShadow = true;
     sun.shadow.mapSize.set(1024, 1024);
     sun.shadow.camera.left = sun.shadow.camera.bottom = -width;
     sun.shadow.camera.right = sun.shadow.camera.top = width;
     sun.shadow.camera.near = 0.2;
-    sun.shadow.camera.far = 4;
+    sun.shadow.camera.far = 4 * this.scale;
     sun.shadow.bias = -0.002;
     this.scene.add(sun, sun.target);
     const top = new THREE.Mesh(
@@ -164,6 +167,7 @@ export class Table {
       const object = fitted(/** @type {THREE.Group} */ (known.get(thing.category)), thing.size);
       this.things.push(object);
       const name = plate(thing.label, thing.category === "coop");
+      name.sprite.scale.multiplyScalar(this.scale);
       name.sprite.visible = !thing.fixed;
       this.plates.push(name);
       this.scene.add(object, name.sprite);

@@ -28,10 +28,12 @@ export class Views {
   /** @param {Place} hello */
   meet(hello) {
     this.hello = hello;
-    this.top.position.copy(at(hello.width / 2, 3, hello.depth / 2));
+    const high = 2 * Math.hypot(hello.width, hello.depth);
+    this.top.position.copy(at(hello.width / 2, high, hello.depth / 2));
     this.top.lookAt(at(hello.width / 2, 0, hello.depth / 2));
     this.top.near = 0.1;
-    this.top.far = 6;
+    this.top.far = 2 * high;
+    this.eye.far = Math.max(10, high);
   }
 
   /** @param {Table} table @param {State} state */

@@ -144,7 +144,23 @@ def read_failure(path: str | os.PathLike[str], number: int) -> dict[str, Any]:
     if not 0 <= number < len(failures):
         expected = f"must hold number {number}, counted from 0"
         raise ReportError("failures", expected, f"{len(failures)} failures", name)
-    found: dict[str, Any] = failures[number]
+    return _checked(failures, number, name)
+
+
+def read_failures(path: str | os.PathLike[str]) -> list[dict[str, Any]]:
+    """All failures of a stress test's JSON file, as `read_failure` reads one.
+
+    Raises:
+        ReportError: the file cannot be used.
+    """
+    name = Path(path).name
+    failures = REPORT.read(read_json(path, ReportError), name)["failures"]
+    return [_checked(failures, number, name) for number in range(len(failures))]
+
+
+def _checked(failures: Sequence[dict[str, Any]], number: int, name: str) -> dict[str, Any]:
+    """A failure, if it has as many headings as places."""
+    found = failures[number]
     if len(found["yaw"]) != len(found["position"]):
         expected = f"must be {len(found['position'])} headings, as there are places"
         raise REPORT.fail(("failures", number, "yaw"), expected, f"{len(found['yaw'])}", name)

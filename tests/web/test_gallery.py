@@ -1,0 +1,89 @@
+"""Failures of stress tests on the page: those that come along, those of a run, and what is refused."""
+
+import json
+
+import numpy as np
+import pytest
+
+from farm_ar.agents.stress import ReportError, replay_failure
+from farm_ar.errors import OptionError
+from farm_ar.web.gallery import cards_of, read_gallery, recorded_failure, shipped_gallery
+
+
+@pytest.mark.parametrize("failure", shipped_gallery(), ids=lambda one: f"{one['reid']}-{one['case']}")
+def test_what_comes_along_fools_the_method_as_it_says(failure) -> None:
+    again = replay_failure(failure)
+    assert again.wrong == failure["wrong"] > 0
+    assert again.distance == pytest.approx(failure["effort"])
+    recording = recorded_failure(failure)
+    first, last = recording["frames"][0], recording["frames"][-1]
+    (said,) = [one["snapshot"] for one in recording["frames"] if "snapshot" in one]
+    assert sum(not one["right"] for one in said["detections"]) == failure["wrong"]
+    assert first["objects"] == first["believed"]
+    np.testing.assert_allclose(
+        np.array(last["objects"]), np.column_stack([failure["position"], failure["yaw"]]), atol=1e-4
+    )
+    labels = [one["label"] for one in recording["objects"]]
+    for one in said["detections"]:
+        if one["label"] is not None:
+            i = labels.index(one["label"])
+            assert last["believed"][i] == last["objects"][one["object"]]
+            assert (i in last["wrong"]) == (not one["right"])
+    json.dumps(recording, allow_nan=False)
+
+
+def test_a_recording_carries_one_building_after_the_other_and_nothing_jumps() -> None:
+    failure = max(shipped_gallery(), key=lambda one: one["wrong"])
+    poses = np.array([one["objects"] for one in recorded_failure(failure)["frames"]])
+    steps = np.linalg.norm(np.diff(poses[..., :2], axis=0), axis=-1)
+    assert (steps > 1e-3).sum(axis=1).max() == 1
+    assert steps.max() < 0.15
+
+
+def write(folder, **other):
+    report = {"failures": [{**dict(shipped_gallery()[0]), **other}]}
+    (folder / "stress.json").write_text(json.dumps(report))
+    return folder
+
+
+def test_a_run_of_the_stress_test_is_read_by_its_folder_or_its_file(tmp_path) -> None:
+    write(tmp_path)
+    assert read_gallery(tmp_path) == read_gallery(tmp_path / "stress.json")
+    (card,) = cards_of(read_gallery(tmp_path)).values()
+    failure = shipped_gallery()[0]
+    assert [[*ends[2:]] for ends in card["ways"]] == np.round(failure["position"], 4).tolist()
+    assert card["title"].startswith(f"{failure['reid']}: {failure['wrong']} wrong")
+
+
+def test_a_room_of_another_size_is_shown_too(tmp_path) -> None:
+    from farm_ar.agents.stress.study import known_case
+
+    layout = known_case("L1", 0, "none", 0).layout
+    position, yaw = layout.position.tolist(), layout.yaw.tolist()
+    position[0][0] += 0.5
+    other = {"scene": "L1", "jitter": "none", "case": 0, "position": position, "yaw": yaw}
+    failures = read_gallery(write(tmp_path, **other))
+    (card,) = cards_of(failures).values()
+    assert card["moved"] == [0]
+    recording = recorded_failure(failures[0])
+    assert recording["frames"][0]["camera"]["height"] > 0
+
+
+@pytest.mark.parametrize(
+    ("other", "error", "field"),
+    [
+        ({"reid": "my_module:MyReid"}, OptionError, "gallery"),
+        ({"yaw": [0.0]}, ReportError, "yaw"),
+        ({"position": [[0.1, 0.1]], "yaw": [0.0]}, OptionError, "position"),
+        ({"scene": "nowhere"}, OptionError, "scene"),
+        ({"wrong": -1}, ReportError, "wrong"),
+    ],
+)
+def test_what_cannot_be_shown_is_refused_by_name(tmp_path, other, error, field) -> None:
+    with pytest.raises(error, match=field):
+        cards_of(read_gallery(write(tmp_path, **other)))
+
+
+def test_a_folder_without_a_stress_test_is_refused(tmp_path) -> None:
+    with pytest.raises(ReportError, match=r"stress\.json"):
+        read_gallery(tmp_path)
