@@ -11,9 +11,19 @@ from gymnasium import spaces
 
 import farm_ar  # noqa: F401  # registers the environments
 from farm_ar.envs import DeliverToChairEnv, FarmToTableEnv
+from farm_ar.envs.references import SAME_GAME, reference_returns
 
 PAGE = Path(__file__).parent / "environments.md"
 ENTRY_POINT = "farm_ar.envs:make_farm_to_table"
+
+ABOUT_RETURNS = """
+Mean returns and their standard errors over the first episodes of `farm_ar.envs.references.TEST_SEEDS`
+(seeds from 10 million on; train on lower ones, `TRAINING_SEEDS`): 200 of each policy, 50 of
+`exhaustive`, which tries every choice of an episode of one step and is a bound rather than a policy.
+`steered` carries out the analytic policy's plan with a steered hand. `reward_threshold` is 80% of the
+way from random to the best of a row. `python benchmarks/reference_returns.py` makes them,
+`reference_returns(id)` gives them. A black-box id has those of the id without the word.
+""".strip()
 
 
 def page() -> str:
@@ -30,6 +40,8 @@ def page() -> str:
         *(registered(name) for name in names if is_plain(name)),
         "### Variants",
         variants([name for name in names if not is_plain(name)]),
+        "## Reference Returns",
+        references(names),
         "# The delivery robot",
         getdoc(DeliverToChairEnv) or "",
         "## The Registered Environment",
@@ -59,6 +71,25 @@ def registered(name: str) -> str:
     observed = env.observation_space
     assert isinstance(observed, spaces.Dict)
     lines += [f"| `{key}` | `{space}` |" for key, space in observed.spaces.items()]
+    return "\n".join(lines)
+
+
+def references(names: list[str]) -> str:
+    """What known policies have on each id."""
+    stored = {name: reference_returns(name) for name in names if not any(word in name for word in SAME_GAME)}
+    policies = list(dict.fromkeys(policy for returns in stored.values() for policy in returns))
+    lines = [
+        ABOUT_RETURNS,
+        "",
+        f"| id | {' | '.join(policies)} | `reward_threshold` |",
+        "|---" * (len(policies) + 2) + "|",
+    ]
+    for name, returns in stored.items():
+        cells = [
+            f"{returns[one].mean:.2f} ± {returns[one].standard_error:.2f}" if one in returns else ""
+            for one in policies
+        ]
+        lines.append(f"| `{name}` | {' | '.join(cells)} | {gym.spec(name).reward_threshold} |")
     return "\n".join(lines)
 
 

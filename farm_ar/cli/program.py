@@ -19,6 +19,7 @@ from farm_ar.cli.game import demo, play, play_script, replay
 from farm_ar.cli.identify import identify
 from farm_ar.cli.output import saying
 from farm_ar.cli.page import app as web
+from farm_ar.cli.plot import plot
 from farm_ar.cli.scenes import app as scenes
 from farm_ar.cli.scenes import schema
 from farm_ar.cli.serving import conformance_vectors, serve, serve_replay
@@ -113,6 +114,7 @@ app.command()(saying("Searching for a layout")(design))
 app.command()(saying("Playing held-out episodes with each policy")(evaluate))
 app.command()(saying("Identifying")(identify))
 app.command()(play)
+app.command()(saying("Reading the runs")(plot))
 app.command("play-script")(saying("Playing and filming")(play_script))
 app.command()(saying("Replaying")(replay))
 app.command()(saying("Running the experiments")(reproduce))

@@ -44,13 +44,14 @@ class FarmToTableEnv(RecordedEnv):
     |---|---|
     | `FarmToTable-v0` | one pick-and-place, or the end of the turn (`control="move"`) |
     | `FarmToTableHand-v0` | a tenth of a second of steering the hand (`control="hand"`) |
+    | `FarmToTableHandLift-v0` | the same with `carry="lift"`: an open or closed hand bumps into nothing |
     | `FarmToTableLayout-v0` | a whole visit: a displacement for every building (`control="layout"`); so an episode of one visit is one step |
     | `SceneLayout-v0` | the same in any scene, without physics and game (`control="layout"`, `game=False`); one step too |
 
-    Each of these has three variants. `FarmToTableDiscrete-v0`, `FarmToTableHandDiscrete-v0`, `FarmToTableLayoutDiscrete-v0` and
-    `SceneLayoutDiscrete-v0` have `action="discrete"` and `observation="flat"`, for learners such as DQN and CleanRL's `ppo.py`.
-    `FarmToTableBlackBox-v0` and so on have `knowledge="black-box"`. `FarmToTableShaped-v0` and so on have `reward="shaped"`, to
-    train learners without a recipe that are then evaluated with the id itself.
+    Each of these has three variants. `FarmToTableDiscrete-v0`, `SceneLayoutDiscrete-v0` and so on have `action="discrete"` and
+    `observation="flat"`, for learners such as DQN and CleanRL's `ppo.py`. `FarmToTableBlackBox-v0` and so on have
+    `knowledge="black-box"`. `FarmToTableShaped-v0` and so on have `reward="shaped"`, to train learners without a recipe that are
+    then evaluated with the id itself.
 
     A second environment, `DeliverToChair-v0`, has a page below: a robot that must find one of several identical chairs.
 

@@ -14,8 +14,9 @@ from farm_ar.scenes import Detector, builtin_scene, save_scene
 from farm_ar.testing import check_environment
 
 MOVE, HAND, LAYOUT, SCENE = "FarmToTable-v0", "FarmToTableHand-v0", "FarmToTableLayout-v0", "SceneLayout-v0"
-FOUR, DELIVER = (MOVE, HAND, LAYOUT, SCENE), "DeliverToChair-v0"
-VARIANTS_OF_FOUR = ("Discrete", "BlackBox", "Shaped")
+LIFT, DELIVER = "FarmToTableHandLift-v0", "DeliverToChair-v0"
+FIVE = (MOVE, HAND, LIFT, LAYOUT, SCENE)
+VARIANTS_OF_FIVE = ("Discrete", "BlackBox", "Shaped")
 
 NOISY = OraclePerception(
     Detector(position_sd=0.01, yaw_sd=0.1, miss_rate=0.1, false_rate=0.5, unknown_rate=0.1)
@@ -29,9 +30,10 @@ def all_sites(scene):
 VARIANTS = [
     (MOVE, {}),
     (HAND, {}),
+    (LIFT, {}),
     (LAYOUT, {}),
     (SCENE, {}),
-    *((name.replace("-", f"{variant}-"), {}) for variant in VARIANTS_OF_FOUR for name in FOUR),
+    *((name.replace("-", f"{variant}-"), {}) for variant in VARIANTS_OF_FIVE for name in FIVE),
     (MOVE, {"action": "slot"}),
     (MOVE, {"action": "continuous"}),
     (MOVE, {"jitter": "none"}),
@@ -80,7 +82,7 @@ VARIANTS = [
     (DELIVER, {"chairs": None, "target": "2", "reid": "likelihood", "seconds": 4.0}),
     (DELIVER, {"scene": "pantry", "chairs": None, "shift_sd": 0.3, "render_mode": "rgb_array"}),
 ]
-STEPS = {MOVE: 16, HAND: 16, LAYOUT: 6, SCENE: 10, DELIVER: 24}
+STEPS = {MOVE: 16, HAND: 16, LIFT: 16, LAYOUT: 6, SCENE: 10, DELIVER: 24}
 
 
 def name_of(variant):
@@ -93,7 +95,7 @@ def test_an_environment_keeps_its_contract(variant):
     name, arguments = variant
     # The first picture of a scene takes a second, so that not all of them are looked at.
     render = (not arguments and name in STEPS) or "render_mode" in arguments
-    steps = STEPS[re.sub("|".join(VARIANTS_OF_FOUR), "", name)]
+    steps = STEPS[re.sub("|".join(VARIANTS_OF_FIVE), "", name)]
     check_environment(lambda: gym.make(name, **arguments), seed=1, steps=steps, render=render)
 
 

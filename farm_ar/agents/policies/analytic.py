@@ -40,9 +40,21 @@ def best_plan(env: FarmToTableEnv, beam: int) -> list[Step]:
     Raises:
         OptionError: the hand is steered.
     """
-    moves, most, scene, m = moves_left(env), env.budget.most, env.view.scene, len(env.view.truth)
+    terms = terms_of(env.view.scene, str(env.config.action), env.config.effort_weight)
+    return plan_of(env, moves_left(env), terms, beam)
+
+
+def plan_of(env: FarmToTableEnv, moves: int, terms: Terms, beam: int) -> list[Step]:
+    """The same with so many moves at most, whatever the control.
+
+    Args:
+        env: an environment in an episode.
+        moves: how many objects are moved at most.
+        terms: what things cost, and how far an object can be moved.
+        beam: how many unfinished plans are kept.
+    """
+    most, scene, m = env.budget.most, env.view.scene, len(env.view.truth)
     allowed = Allowance(most.metres, most.radians, most.effort, scene.diagonal, moves)
-    terms = terms_of(scene, str(env.config.action), env.config.effort_weight)
     steps, worth = np.zeros((moves, 3), dtype=np.int64), np.empty((m, m, len(SHARES)))
     count = search(_table(env), eyes_of(env.view.camera), terms, allowed, beam, steps, worth)
     return [Step(int(i), int(j), float(SHARES[share])) for i, j, share in steps[:count]]

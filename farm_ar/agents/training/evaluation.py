@@ -23,6 +23,7 @@ from farm_ar.agents.policies.trained import load_shipped, policy_and_env
 from farm_ar.arrays import FloatArray
 from farm_ar.envs import FarmToTableEnv
 from farm_ar.envs.config import EnvConfig
+from farm_ar.envs.references import TEST_SEEDS
 from farm_ar.errors import OptionError
 
 RESAMPLES = 2000
@@ -97,9 +98,6 @@ def score(returns: FloatArray, random: FloatArray, best: FloatArray, rng: np.ran
     return Score(value, float(ends[0]), float(ends[1]))
 
 
-HELD_OUT = 10_000_000
-"""Seed of the first held-out episode; trainings and their evaluations use lower ones."""
-
 USUAL = ("analytic", "greedy")
 """The policies that stand beside others where nobody asks for any."""
 
@@ -133,8 +131,8 @@ class Played:
 
 
 def held_out(episodes: int, first: int = 0) -> range:
-    """The seeds of held-out episodes."""
-    return range(HELD_OUT + first, HELD_OUT + first + episodes)
+    """The seeds of held-out episodes: of `TEST_SEEDS`; trainings and their evaluations use lower ones."""
+    return TEST_SEEDS[first : first + episodes]
 
 
 def play(

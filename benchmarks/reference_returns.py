@@ -1,0 +1,99 @@
+"""Plays test episodes of every id with known policies, and writes farm_ar/envs/reference_returns.json.
+
+    python benchmarks/reference_returns.py                      # some minutes
+    python benchmarks/reference_returns.py --ids SceneLayout-v0 --episodes 20 --out /tmp/returns.json
+
+An id's own arguments count, with animals and all. `exhaustive` tries every choice of an episode of one step
+and takes the best; it is a bound for what learns, not a policy, as it plays an episode many times.
+"""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+
+import gymnasium as gym
+import numpy as np
+from gymnasium import spaces
+
+import farm_ar
+from farm_ar.agents.policies import POLICIES, play_episode
+from farm_ar.agents.policies.steered import SteeredPolicy
+from farm_ar.envs.references import SAME_GAME, TEST_SEEDS
+from farm_ar.envs.registration import NAMED
+
+PAGE = Path(farm_ar.__file__).parent / "envs" / "reference_returns.json"
+THRESHOLD = 0.8
+"""Where an id's `reward_threshold` lies between the random policy's return (0) and the best known one (1)."""
+
+EXHAUSTED = 50
+"""Test seeds of which every choice is tried."""
+
+
+def played(env_id: str, name: str, episodes: int) -> list[float]:
+    """The returns of a policy in the first test episodes."""
+    env = gym.make(env_id)
+    if name == "exhaustive":
+        return [best_choice(env, seed) for seed in TEST_SEEDS[: min(episodes, EXHAUSTED)]]
+    make = SteeredPolicy if name == "steered" else POLICIES[name]
+    policy = make(np.random.default_rng(0))
+    return [play_episode(env, policy, seed).total for seed in TEST_SEEDS[:episodes]]
+
+
+def best_choice(env: gym.Env, seed: int) -> float:
+    """The best return of an episode of one step that any choice has."""
+    _, info = env.reset(seed=seed)
+    returns = []
+    for choice in np.flatnonzero(info["action_mask"]):
+        env.reset(seed=seed)
+        _, reward, over, *_ = env.step(int(choice))
+        assert over
+        returns.append(reward)
+    return max(returns)
+
+
+def policies_of(env_id: str) -> list[str]:
+    """The policies that can play an id."""
+    env = gym.make(env_id).unwrapped
+    if env.config.control == "hand":
+        return ["random"] if isinstance(env.action_space, spaces.Discrete) else ["random", "steered"]
+    one_number = env.config.control == "layout" and isinstance(env.action_space, spaces.Discrete)
+    return ["random", "greedy", "analytic", *(["exhaustive"] if one_number else [])]
+
+
+def returns_of(env_id: str, episodes: int) -> dict:
+    """The section of an id."""
+    rows = {}
+    for name in policies_of(env_id):
+        returns = np.array(played(env_id, name, episodes))
+        error = returns.std(ddof=1) / np.sqrt(len(returns))
+        rows[name] = {
+            "mean": round(float(returns.mean()), 3),
+            "standard_error": round(float(error), 3),
+            "episodes": len(returns),
+        }
+        print(f"{env_id:32} {name:10} {returns.mean():6.3f} ± {error:.3f}", file=sys.stderr, flush=True)
+    low, high = rows["random"]["mean"], max(row["mean"] for row in rows.values())
+    return {"reward_threshold": round(low + THRESHOLD * (high - low), 2), "returns": rows}
+
+
+def main() -> None:
+    """Play, and write."""
+    made = [name for name, spec in gym.registry.items() if spec.entry_point == NAMED]
+    ours = [name for name in made if not any(word in name for word in SAME_GAME)]
+    form = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=form)
+    parser.add_argument("--ids", nargs="*", default=ours, help="by default all")
+    parser.add_argument("--episodes", type=int, default=200, help="of each policy, by default 200")
+    parser.add_argument("--out", type=Path, default=PAGE, help="the file; ids that it has already stay")
+    asked = parser.parse_args()
+    known = json.loads(asked.out.read_text(encoding="utf-8"))["ids"] if asked.out.exists() else {}
+    known |= {name: returns_of(name, asked.episodes) for name in asked.ids}
+    about = f"Made by python benchmarks/{Path(__file__).name}; means of returns over the first test seeds."
+    text = json.dumps({"about": about, "ids": {name: known[name] for name in sorted(known)}}, indent=1)
+    asked.out.write_text(text + "\n", encoding="utf-8")
+    print(f"Wrote {asked.out}")
+
+
+if __name__ == "__main__":
+    main()
