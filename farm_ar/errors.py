@@ -1,6 +1,8 @@
 """The errors a user meets: one line each, with the field, what would be right, and the value that came."""
 
 from collections.abc import Iterable
+from importlib import import_module
+from types import ModuleType
 
 LONGEST_VALUE = 120
 """How much of a value an error shows, in characters."""
@@ -55,6 +57,24 @@ class UnfinishedError(RuntimeError):
 
 class MissingPackageError(ImportError):
     """A package is needed that this installation does not have; says what to install."""
+
+
+def import_extra(name: str, extra: str, what: str = "this") -> ModuleType:
+    """A package of an extra, or a module of one.
+
+    Args:
+        name: of the module.
+        extra: that brings it.
+        what: needs it, for the error.
+
+    Raises:
+        MissingPackageError: it is not installed; says how to.
+    """
+    try:
+        return import_module(name)
+    except ImportError as problem:
+        way = f"install the extra {extra} (in the project's folder: pip install '.[{extra}]')"
+        raise MissingPackageError(f"{what} needs {name.partition('.')[0]}: {way}") from problem
 
 
 def escaped(text: str) -> str:

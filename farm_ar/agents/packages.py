@@ -2,30 +2,20 @@
 
 from __future__ import annotations
 
-import importlib
-from importlib import import_module
-from typing import Any
+from types import ModuleType
 
-from farm_ar.errors import MissingPackageError
+from farm_ar.errors import import_extra
+
+PACKAGES = ("torch", "stable_baselines3", "sb3_contrib", "tensorboard", "yaml")
 
 
-def package(name: str) -> Any:
-    """A package, or a module of one.
+def package(name: str) -> ModuleType:
+    """A package of the extra `train`, or a module of one.
 
     Raises:
         MissingPackageError: it is not installed; says how to.
     """
-    try:
-        return import_module(name)
-    except ImportError as problem:
-        top = name.partition(".")[0]
-        expected = (
-            f"this needs {top}: install the extra train (in the project's folder: pip install '.[train]')"
-        )
-        raise MissingPackageError(expected) from problem
-
-
-PACKAGES = ("torch", "stable_baselines3", "sb3_contrib", "tensorboard", "yaml")
+    return import_extra(name, "train")
 
 
 def need_training() -> None:
@@ -34,9 +24,5 @@ def need_training() -> None:
     Raises:
         MissingPackageError: it is not.
     """
-    for package in PACKAGES:
-        try:
-            importlib.import_module(package)
-        except ImportError as problem:
-            way = "install the extra train (in the project's folder: pip install '.[train]')"
-            raise MissingPackageError(f"training needs {package}: {way}") from problem
+    for name in PACKAGES:
+        import_extra(name, "train", "training")

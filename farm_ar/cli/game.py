@@ -200,7 +200,7 @@ def _show(draft: Draft, make_reid: ReidFactory, out: Path) -> RenderState:
     from farm_ar.cli.output import print_line, print_table, saying
     from farm_ar.drawing.game.frames import GameFrames
     from farm_ar.drawing.video import write_png
-    from farm_ar.showcases.outcome import outcome
+    from farm_ar.showcases.film import outcome
 
     with saying("Playing the visits"):
         film, moment = outcome(draft.script(), make_reid)
@@ -244,7 +244,7 @@ def _print_table(moment: RenderState) -> None:
 
 def _print_end(draft: Draft, make_reid: ReidFactory) -> None:
     from farm_ar.cli.output import print_line
-    from farm_ar.showcases.outcome import outcome
+    from farm_ar.showcases.film import outcome
 
     film, _ = outcome(draft.script(), make_reid, to_the_end=True)
     final = [row for row in film.counters if row["after"] == "end"]

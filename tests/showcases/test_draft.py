@@ -5,7 +5,7 @@ import pytest
 
 from farm_ar.showcases import ScriptError, ScriptRecorder, load_script
 from farm_ar.showcases.draft import Draft, MoveError
-from farm_ar.showcases.outcome import outcome
+from farm_ar.showcases.film import outcome
 
 
 def test_what_is_written_is_a_script_that_can_be_saved_and_loaded(tmp_path):

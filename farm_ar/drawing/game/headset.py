@@ -13,8 +13,7 @@ from farm_ar.drawing.game.floating_labels import FloatingLabels
 from farm_ar.drawing.game.header import draw_header, header_height
 from farm_ar.drawing.game.marks import displaced
 from farm_ar.drawing.game.overlays import freeze, ice_block, tint_area
-from farm_ar.drawing.game.perspective import upright_places, upright_scale
-from farm_ar.drawing.game.pinhole import Pinhole, before_camera
+from farm_ar.drawing.game.pinhole import Pinhole, before_camera, upright_places, upright_scale
 from farm_ar.drawing.game.pixels import Distances
 from farm_ar.drawing.game.real_things import RealThings
 from farm_ar.drawing.game.scenery import Scenery

@@ -10,8 +10,7 @@ from farm_ar.arrays import BoolArray, FloatArray
 from farm_ar.drawing.game import ground
 from farm_ar.drawing.game.atlas import Atlas
 from farm_ar.drawing.game.colours import Colour, Image, category_colour, darker, lighter
-from farm_ar.drawing.game.perspective import upright_places, upright_scale
-from farm_ar.drawing.game.pinhole import Pinhole
+from farm_ar.drawing.game.pinhole import Pinhole, upright_places, upright_scale
 from farm_ar.drawing.game.pixels import Distances
 from farm_ar.drawing.game.player import hand_in_space
 from farm_ar.drawing.game.scenery import Placed

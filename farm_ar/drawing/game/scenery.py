@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 
 from farm_ar.arrays import FloatArray
-from farm_ar.drawing.game import livestock, props
+from farm_ar.drawing.game import animals, props
 from farm_ar.drawing.game.ground import is_farm
 from farm_ar.drawing.game.shapes import Thing
 from farm_ar.geometry import footprint_corners, heading
@@ -89,15 +89,15 @@ class Scenery:
         if drinks is not None:
             self.static.append(Placed(props.water_trough(), drinks + _TO_TROUGH, np.pi / 2))
             self._living.append(
-                partial(_drinking, livestock.cow(True), livestock.cow(False), drinks - _TO_TROUGH)
+                partial(_drinking, animals.cow(True), animals.cow(False), drinks - _TO_TROUGH)
             )
-        goats = livestock.goat(True), livestock.goat(False)
+        goats = animals.goat(True), animals.goat(False)
         for k, spot in enumerate([(0.05, 0.50), (0.05, 0.19), (0.22, 0.93), (0.78, 0.20), (0.96, 0.42)]):
             home = self._ground.take(spot, 0.045)
             if home is not None:
                 self._living.append(partial(_grazing, goats, home, 1.7 * k))
         way = self._ground.free_way(scene)
-        self._living.append(partial(_wandering, [livestock.dog(k) for k in range(4)], way))
+        self._living.append(partial(_wandering, [animals.dog(k) for k in range(4)], way))
 
     def _plant(self) -> None:
         rng = np.random.default_rng(2024)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from importlib import import_module
-
-from farm_ar.errors import MissingPackageError
+from farm_ar.errors import import_extra
 
 PACKAGES = ("torch", "onnx")
 
@@ -16,8 +14,4 @@ def need_packages() -> None:
         MissingPackageError: it is not.
     """
     for package in PACKAGES:
-        try:
-            import_module(package)
-        except ImportError as problem:
-            way = "install the extra vision (in the project's folder: pip install '.[vision]')"
-            raise MissingPackageError(f"training a network needs {package}: {way}") from problem
+        import_extra(package, "vision", "training a network")

@@ -5,8 +5,7 @@ import pytest
 
 from farm_ar.drawing.game.atlas import Atlas
 from farm_ar.drawing.game.figures import TILTS, animal, directions
-from farm_ar.drawing.game.perspective import upright_scale
-from farm_ar.drawing.game.pinhole import Pinhole
+from farm_ar.drawing.game.pinhole import Pinhole, upright_scale
 from farm_ar.rendering import model
 from farm_ar.scenes.builtin import FACING_S1
 
