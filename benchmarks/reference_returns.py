@@ -26,6 +26,9 @@ PAGE = Path(farm_ar.__file__).parent / "envs" / "reference_returns.json"
 THRESHOLD = 0.8
 """Where an id's `reward_threshold` lies between the random policy's return (0) and the best known one (1)."""
 
+LEAST = 0.1
+"""By how much the best known policy has to beat the random one, for a threshold to mean anything."""
+
 EXHAUSTED = 50
 """Test seeds of which every choice is tried."""
 
@@ -56,7 +59,7 @@ def policies_of(env_id: str) -> list[str]:
     """The policies that can play an id."""
     env = gym.make(env_id).unwrapped
     if env.config.control == "hand":
-        return ["random"] if isinstance(env.action_space, spaces.Discrete) else ["random", "steered"]
+        return ["random", "steered"]
     one_number = env.config.control == "layout" and isinstance(env.action_space, spaces.Discrete)
     return ["random", "greedy", "analytic", *(["exhaustive"] if one_number else [])]
 
@@ -74,7 +77,8 @@ def returns_of(env_id: str, episodes: int) -> dict:
         }
         print(f"{env_id:32} {name:10} {returns.mean():6.3f} ± {error:.3f}", file=sys.stderr, flush=True)
     low, high = rows["random"]["mean"], max(row["mean"] for row in rows.values())
-    return {"reward_threshold": round(low + THRESHOLD * (high - low), 2), "returns": rows}
+    threshold = round(low + THRESHOLD * (high - low), 2) if high - low > LEAST else None
+    return {"reward_threshold": threshold, "returns": rows}
 
 
 def main() -> None:

@@ -22,7 +22,7 @@ def test_every_id_has_returns_of_a_random_policy_and_a_threshold_on_the_way_to_t
     best = best_known(name)
     assert best.mean == max(one.mean for one in returns.values())
     threshold = gym.spec(name).reward_threshold
-    if "Shaped" in name:
+    if "Shaped" in name or best.mean - returns["random"].mean <= 0.1:
         assert threshold is None
     else:
         wanted = 0.2 * returns["random"].mean + 0.8 * best.mean

@@ -12,6 +12,7 @@ from farm_ar.agents.policies.analytic import Step, move_of, plan_of, terms_of
 from farm_ar.agents.policies.base import Policy, Visit
 from farm_ar.arrays import FloatArray
 from farm_ar.envs import FarmToTableEnv
+from farm_ar.envs.actions import SteeringAction
 from farm_ar.errors import OptionError
 from farm_ar.game_logic.farm_game import FarmGame
 from farm_ar.game_logic.physics.gripper import MAX_HAND_SPEED, MAX_TWIST, HandState
@@ -22,6 +23,9 @@ CARRYING = 0.5
 
 NEAR_M, NEAR_RAD = 0.01, 0.05
 """From so near on, a building is where it was to go."""
+
+NEAR_CHOSEN_M, NEAR_CHOSEN_RAD = 0.04, 0.15
+"""The same where a step is one of a few choices: about half of what one of a tenth of a second does."""
 
 PATIENCE = 40
 """Steps after which a building that does not arrive is let go."""
@@ -43,16 +47,21 @@ class SteeredPolicy(Policy):
         self._goal: tuple[FloatArray, float] | None = None
 
     def act(self, env: FarmToTableEnv) -> Any:
-        """(4,) where to steer the hand.
+        """Where to steer the hand: (4,) velocities, or the choice that comes nearest to them.
 
         Raises:
-            OptionError: the hand is not steered by velocities, or the policy is a helper.
+            OptionError: the hand is not steered, or the policy is a helper.
         """
+        wanted = self._wanted(env)
+        if not isinstance(env.action_space, spaces.Discrete):
+            return wanted
+        return _chosen(wanted, 1 / env.config.steps_per_second)
+
+    def _wanted(self, env: FarmToTableEnv) -> npt.NDArray[np.float32]:
+        """(4,) velocities and grip."""
         game, option = env.world, env.config
         if not (isinstance(game, FarmGame) and option.control == "hand"):
             raise OptionError("control", "must be hand for a policy that steers", option.control)
-        if not isinstance(env.action_space, spaces.Box):
-            raise OptionError("action", "must be velocity for a policy that steers", option.action)
         if option.sign != 1:
             raise OptionError("sign", "must be 1 for a policy that plans", option.sign)
         if self._visit.is_new(env):
@@ -71,6 +80,11 @@ class SteeredPolicy(Policy):
             return _towards(np.array([env.view.size[0] / 2, -1.0]) - hand.position, 0.0, 1.0, seconds, False)
         return self._reach(env, hand, self._next, seconds)
 
+    def _near(self, env: FarmToTableEnv) -> tuple[float, float]:
+        """From how near on something is where it was to go, metres and radians."""
+        chosen = isinstance(env.action_space, spaces.Discrete)
+        return (NEAR_CHOSEN_M, NEAR_CHOSEN_RAD) if chosen else (NEAR_M, NEAR_RAD)
+
     def _reach(
         self, env: FarmToTableEnv, hand: HandState, step: Step, seconds: float
     ) -> npt.NDArray[np.float32]:
@@ -78,7 +92,7 @@ class SteeredPolicy(Policy):
         way = env.view.truth.position[step.mover] - hand.position
         if not env.view.in_view[step.mover]:
             self._next = None
-        if np.linalg.norm(way) > NEAR_M:
+        if np.linalg.norm(way) > self._near(env)[0]:
             return _towards(way, 0.0, 1.0, seconds, False)
         move = move_of(env.view, step)
         truth = env.view.truth
@@ -94,7 +108,8 @@ class SteeredPolicy(Policy):
         way = place - truth.position[held]
         turn = float(wrap(yaw - truth.yaw[held]))
         self._steps += 1
-        arrived = np.linalg.norm(way) < NEAR_M and abs(turn) < NEAR_RAD
+        near_m, near_rad = self._near(env)
+        arrived = np.linalg.norm(way) <= near_m and abs(turn) <= near_rad
         if arrived or self._steps > PATIENCE:
             self._goal = None
             return _towards(np.zeros(2), 0.0, 0.0, seconds, False)
@@ -112,3 +127,15 @@ def _towards(
     twist = np.clip(turn / seconds / MAX_TWIST, -share, share)
     grip = 1.0 if closed else -1.0
     return np.array([*(velocity / MAX_HAND_SPEED), twist, grip], dtype=np.float32)
+
+
+def _chosen(wanted: npt.NDArray[np.float32], seconds: float) -> int:
+    """The choice that goes most nearly there, or twists where no way is left that a step makes shorter."""
+    steering = SteeringAction()
+    velocity, twist, closed = MAX_HAND_SPEED * wanted[:2], MAX_TWIST * float(wanted[2]), bool(wanted[3] > 0)
+    if np.linalg.norm(velocity) * seconds > NEAR_CHOSEN_M:
+        ways = [steering.decode(closed * steering.WAYS + k) for k in range(steering.WAYS)]
+        return closed * steering.WAYS + int(np.argmax([np.dot(way[:2], velocity) for way in ways]))
+    if closed and abs(twist) * seconds > NEAR_CHOSEN_RAD:
+        return 2 * steering.WAYS + int(twist > 0)
+    return closed * steering.WAYS
