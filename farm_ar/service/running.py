@@ -51,7 +51,15 @@ def run(app: Any, at: socket.socket, ready: Callable[[], None], tls: Certificate
         ready: called when requests are answered.
         tls: with it, HTTPS.
     """
-    config = uvicorn.Config(
+    asyncio.run(_Server(config_of(app, tls), ready).serve([at]))
+
+
+def config_of(app: Any, tls: Certificate | None = None) -> uvicorn.Config:
+    """How an application is served.
+
+    Messages are not compressed: each listener would have them compressed anew, though all get the same.
+    """
+    return uvicorn.Config(
         app,
         log_level="warning",
         access_log=False,
@@ -59,8 +67,8 @@ def run(app: Any, at: socket.socket, ready: Callable[[], None], tls: Certificate
         date_header=False,
         ws="websockets-sansio",
         ws_max_size=2**16,
+        ws_per_message_deflate=False,
         timeout_graceful_shutdown=PATIENCE_S,
         ssl_certfile=None if tls is None else tls.certificate,
         ssl_keyfile=None if tls is None else tls.key,
     )
-    asyncio.run(_Server(config, ready).serve([at]))
