@@ -79,7 +79,9 @@ def dimension_cost(detected_size: FloatArray, label_size: FloatArray) -> FloatAr
 
 def sorted_log_sides(size: FloatArray) -> FloatArray:
     """(..., 3) natural logarithms of the sides in metres, smallest first."""
-    return np.sort(np.log(size), axis=-1)
+    sides: FloatArray = np.ascontiguousarray(np.log(size))
+    sides.sort(axis=-1)
+    return sides
 
 
 def dimension_cost_of_sides(detected_sides: FloatArray, label_sides: FloatArray) -> FloatArray:

@@ -6,8 +6,8 @@ import time
 from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
-from functools import partial
-from typing import Literal
+from functools import lru_cache, partial
+from typing import Any, Literal
 
 import numpy as np
 
@@ -18,15 +18,18 @@ from farm_ar.reid.answers import Assurance, Identification, IdentificationBatch
 from farm_ar.reid.assignment import (
     SOLVERS,
     UNASSIGNED,
+    Answer,
     Known,
     Rule,
     Seen,
     assess,
+    in_parts,
     known_at,
+    labels_of_one,
     margins_and_runners_up,
-    seen_at,
     solve_assignment,
 )
+from farm_ar.reid.assignment.nearest import Near, solve_nearest
 from farm_ar.reid.base import Reidentifier
 from farm_ar.reid.categories import batch_codes, codes_in, declared_codes
 from farm_ar.reid.costs import (
@@ -38,7 +41,7 @@ from farm_ar.reid.costs import (
 )
 from farm_ar.reid.place import USUAL_LENGTH_M, lengths_of, stacked
 from farm_ar.reid.pruning import sites_by_probability
-from farm_ar.scenes import UNKNOWN, Camera, Detections, Scene, Snapshot, SnapshotBatch, Weights
+from farm_ar.scenes import UNKNOWN, Camera, Detections, Layout, Scene, Snapshot, SnapshotBatch, Weights
 
 Box = Literal["local", "world"]
 Term = Literal["translation", "rotation", "dimension"]
@@ -49,6 +52,9 @@ HEIGHTS_COUNT = "look-alikes stand above one another: differences in height coun
 
 _PER_METRE = 0.36 / np.sqrt(2)
 """Cost of a metre by the paper's formula in a square room, however large: w_t / l."""
+
+_NOWHERE: FloatArray = np.zeros((1, 2))
+"""The camera, where it does not count."""
 
 _NO_DIMENSION_COST: FloatArray = np.ones((1, 1))
 _UNKNOWN_SIDES = (np.nan, np.nan, np.nan)
@@ -143,6 +149,8 @@ class SpatialReid(Reidentifier):
         self._declared = declared_codes(layout)
         self._diagonal = scene.diagonal
         self._stacked = stacked(layout)
+        self._every: Known | None = None  # made when it is first needed, like the trees by category
+        self._trees: dict[int, tuple[Any, IntArray]] = {}
 
     def identify(self, snapshot: Snapshot) -> Identification:
         """The label of each detection.
@@ -163,8 +171,7 @@ class SpatialReid(Reidentifier):
         if self.options.solver == "lsap" and self._rng is None and not self._heights_count(seen):
             problem = self._seen_one(seen, category), self._known(candidates), self._rule()
             begin = time.perf_counter()
-            answer = assess(*problem)
-            column, given = answer.label[0], answer.cost[0]
+            column, given = labels_of_one(*problem)
             margins = partial(_margins_of, *problem)
         else:
             cost = self._gated_costs(seen, category, candidates)
@@ -175,7 +182,16 @@ class SpatialReid(Reidentifier):
         solve_time = time.perf_counter() - begin
         labels = tuple([None if j == UNASSIGNED else names[j] for j in column.tolist()])
         assurance = partial(self._assure, seen, category, candidates, margins, column, names)
-        return Identification(labels, given, names, sites, widened, solve_time, assurance)
+        return Identification.trusted(
+            labels=labels,
+            cost=given,
+            candidates=names,
+            sites=sites,
+            widened=widened,
+            solve_time=solve_time,
+            assurance=assurance,
+            reason=(None,) * len(labels),
+        )
 
     def _gated_costs(self, seen: Detections, category: list[int], candidates: IntArray | None) -> FloatArray:
         """`cost_matrix`, infinite where categories must agree and do not."""
@@ -185,12 +201,21 @@ class SpatialReid(Reidentifier):
         return cost
 
     def _seen_one(self, seen: Detections, category: list[int]) -> Seen:
-        """One snapshot's detections for `assess`."""
-        return seen_at(
-            seen.position[None],
-            seen.yaw[None],
-            np.array(category, dtype=np.int64),
-            sides=self._detected_sides(seen.size, seen.yaw) if self._compares_sizes else None,
+        """One snapshot's detections for `assess`, in arrays that can be written to."""
+        n = len(category)
+        number, order = _first(n)
+        if self._compares_sizes:
+            sides = self._detected_sides(seen.size, seen.yaw).reshape(1, n, 3)
+        else:
+            sides = np.zeros((1, n, 3))
+        return Seen(
+            number=number,
+            camera=_NOWHERE,
+            position=np.array(seen.position, order="C").reshape(1, n, 2),
+            yaw=np.array(seen.yaw).reshape(1, n),
+            sides=sides,
+            category=np.array([category], dtype=np.int64),
+            order=order,
         )
 
     def compiled_problem(self) -> tuple[Known, Rule]:
@@ -198,15 +223,20 @@ class SpatialReid(Reidentifier):
         return self._known(), self._rule()
 
     def _known(self, candidates: IntArray | None = None) -> Known:
-        """The labels for `assess`, all or some of them, without the sites."""
+        """The labels for `assess`, all or some, without the sites, in arrays that can be written to."""
+        if candidates is None and self._every is not None:
+            return self._every
         layout, kind = self.scene.layout, self._kind
         position, yaw, category = layout.position, layout.yaw, layout.category_code
         if candidates is not None:
             position, yaw = position.take(candidates, axis=0), yaw.take(candidates)
             category, kind = category.take(candidates), kind.take(candidates)
-        return known_at(position, yaw, category)._replace(
-            kind=read_only(kind, np.int64), sides=read_only(self._kind_sides, np.float64)
+        known = known_at(position, yaw, category)._replace(
+            kind=np.array(kind), sides=np.array(self._kind_sides, order="C")
         )
+        if candidates is None:
+            self._every = known
+        return known
 
     def _rule(self, threshold: float = 1.0) -> Rule:
         """The weights and terms for `assess`."""
@@ -230,6 +260,16 @@ class SpatialReid(Reidentifier):
         from farm_ar.reid.certificates import nearest_labels, solve_certified
 
         layout = self.scene.layout
+        if candidates is None and self._translation_weight > 0 and len(seen):
+            begin = time.perf_counter()
+            near = solve_nearest(*self._by_distance(seen, category), len(seen))
+            if near is not None:
+                chosen_label, cost_of_it, among = near
+                names = tuple([layout.labels[j] for j in among.tolist()])
+                labels = tuple([layout.labels[j] for j in chosen_label.tolist()])
+                assurance = partial(self._assure_all, seen, category, chosen_label)
+                took = time.perf_counter() - begin
+                return Identification(labels, cost_of_it, names, sites, widened, took, assurance)
         distance = translation_cost(seen.position, layout.position, self._diagonal)
         bound = self._translation_weight * distance  # turning and sizes only add to it
         start = nearest_labels(distance) if candidates is None else candidates
@@ -248,12 +288,52 @@ class SpatialReid(Reidentifier):
         labels = tuple([None if j == UNASSIGNED else layout.labels[j] for j in label.tolist()])
         widened = widened or (candidates is not None and len(chosen) > len(candidates))
 
-        def assurance() -> Assurance:
-            every = cost_of(np.arange(len(layout)))  # margins are over all labels, as the answer is
-            margins = partial(margins_and_runners_up, every, label)
-            return self._assure(seen, category, None, margins, label, layout.labels)
-
+        assurance = partial(self._assure_all, seen, category, label)
         return Identification(labels, given, names, sites, widened, solve_time, assurance)
+
+    def _assure_all(self, seen: Detections, category: list[int], label: IntArray) -> Assurance:
+        """The assurance of labels that are the best of all: so its margins are over all, too."""
+        every = self._gated_costs(seen, category, None)
+        margins = partial(margins_and_runners_up, every, label)
+        return self._assure(seen, category, None, margins, label, self.scene.layout.labels)
+
+    def _by_distance(
+        self, seen: Detections, category: list[int]
+    ) -> tuple[Callable[[IntArray, int], Near], Callable[[IntArray, IntArray], FloatArray]]:
+        """The labels nearest to detections, and their costs, for `solve_nearest`."""
+        layout, per_metre = self.scene.layout, self._translation_weight / self._diagonal
+        codes = np.array(category, dtype=np.int64)
+        if not self.options.gate_categories:
+            codes[:] = UNKNOWN
+        sides = self._detected_sides(seen.size, seen.yaw) if self._compares_sizes else None
+
+        def nearest(rows: IntArray, count: int) -> Near:
+            label, beyond = np.full((len(rows), count), UNASSIGNED), np.full(len(rows), np.inf)
+            for code in np.unique(codes[rows]).tolist():
+                if code not in self._trees:
+                    self._trees[code] = index_of(layout, code)
+                tree, which = self._trees[code]
+                some = np.flatnonzero(codes[rows] == code)
+                k = min(count, len(which))
+                away, found = tree.query(seen.position[rows[some]], np.arange(1, k + 1))
+                label[some, :k] = which[found]
+                if k < len(which):
+                    beyond[some] = per_metre * away[:, -1]  # turning and sizes only add to it
+            return Near(label, beyond)
+
+        def costs(rows: IntArray, label: IntArray) -> FloatArray:
+            shift = translation_cost(seen.position[rows, None], layout.position[label], self._diagonal)
+            if self._heights_count(seen):
+                above = seen.elevation[rows, None, None] - layout.elevation[label][:, None]
+                shift = np.hypot(shift, above / self._diagonal)
+            turn = rotation_cost(seen.yaw[rows, None], layout.yaw[label])
+            size = _NO_DIMENSION_COST
+            if sides is not None:
+                size = dimension_cost_of_sides(sides[rows, None], self._kind_sides[self._kind[label]])
+            cost = total_cost(shift, turn, size, self._translation_weight, self._rotation_weight)
+            return np.where(label == UNASSIGNED, np.inf, cost[:, 0])
+
+        return nearest, costs
 
     def identify_objects(self, objects: Detections, cameras: Sequence[Camera]) -> Identification:
         """The label of each object, from all sites: objects seen from another camera must keep theirs."""
@@ -355,9 +435,10 @@ class SpatialReid(Reidentifier):
         return dimension_cost_of_sides(sides, self._kind_sides).take(kind, axis=1)
 
     def identify_many(self, batch: SnapshotBatch, margins: bool = False) -> IdentificationBatch:
-        """The labels of the detections of many snapshots, by one compiled kernel.
+        """The labels of the detections of many snapshots, by one compiled kernel, on all processors.
 
         The answers are those of `identify`, whatever its solver; of several optimal ones it may be another.
+        They do not depend on how many processors there are; NUMBA_NUM_THREADS says how many are used.
 
         Args:
             batch: the snapshots.
@@ -374,27 +455,34 @@ class SpatialReid(Reidentifier):
         if self._rng is not None:
             detection_order = np.argsort(np.where(exists, self._rng.random(shape), 1.0), axis=1)
             label_order = self._rng.permuted(np.tile(label_order, (len(batch), 1)), axis=1)
-        size, yaw = np.where(exists[..., None], batch.size, 1.0), np.where(exists, batch.yaw, 0.0)
-        seen = Seen(
-            number=batch.count,
-            camera=batch.camera.position,
-            position=batch.position,
-            yaw=batch.yaw,
-            sides=read_only(self._detected_sides(size, yaw), np.float64),
-            category=read_only(batch_codes(batch, exists, self._declared), np.int64),
-            order=read_only(detection_order, np.int64),
-        )
+        codes = batch_codes(batch, exists, self._declared)
         known = self._known()._replace(
             site=read_only(self.scene.object_site, np.int64),
             sites=self.scene.site_positions,
-            order=read_only(label_order, np.int64),
         )
-        threshold = 1.0 if self.options.certify else float(self.options.threshold)
-        answer = assess(seen, known, self._rule(threshold), margins)
-        found = IdentificationBatch(
-            layout.labels, answer.label, answer.cost, answer.candidates, answer.widened
-        )
-        return replace(found, margin=answer.margin, runner_up=answer.runner_up) if margins else found
+        rule = self._rule(1.0 if self.options.certify else float(self.options.threshold))
+
+        def assessed(some: slice) -> Answer:
+            there = exists[some]
+            size, yaw = (
+                np.where(there[..., None], batch.size[some], 1.0),
+                np.where(there, batch.yaw[some], 0.0),
+            )
+            seen = Seen(
+                number=batch.count[some],
+                camera=np.broadcast_to(batch.camera.position, (len(batch), 2))[some],
+                position=batch.position[some],
+                yaw=batch.yaw[some],
+                sides=self._detected_sides(size, yaw),
+                category=codes[some],
+                order=detection_order[some] if len(detection_order) > 1 else detection_order,
+            )
+            order = label_order[some] if len(label_order) > 1 else label_order
+            return assess(seen, known._replace(order=order), rule, margins)
+
+        label, cost, candidates, widened, margin, runner_up, _ = in_parts(assessed, len(batch))
+        found = IdentificationBatch(layout.labels, label, cost, candidates, widened)
+        return replace(found, margin=margin, runner_up=runner_up) if margins else found
 
     def _candidates(
         self, camera_position: FloatArray, category: list[int]
@@ -434,6 +522,21 @@ class SpatialReid(Reidentifier):
 
     def _detected_sides(self, size: FloatArray, yaw: FloatArray) -> FloatArray:
         return sorted_log_sides(world_box(size, yaw) if self._world else size)
+
+
+def index_of(layout: Layout, code: int) -> tuple[Any, IntArray]:
+    """A tree of the places of a category's labels, of all for `UNKNOWN`, and the labels' indices."""
+    from scipy.spatial import cKDTree
+
+    alike = layout.category_code == code if code != UNKNOWN else np.ones(len(layout), dtype=bool)
+    which = np.flatnonzero(alike)
+    return cKDTree(layout.position[which]), which
+
+
+@lru_cache(maxsize=64)
+def _first(n: int) -> tuple[IntArray, IntArray]:
+    """The number of detections of one snapshot, and their order, for `Seen`."""
+    return np.array([n]), np.arange(n).reshape(1, n)
 
 
 def _margins_of(seen: Seen, known: Known, rule: Rule) -> tuple[FloatArray, IntArray]:

@@ -17,6 +17,7 @@ from farm_ar.reid import (
     SpatialReid,
     batch_accuracy,
 )
+from farm_ar.reid.assignment import assessment
 from farm_ar.scenes import (
     Camera,
     LayoutNoise,
@@ -337,3 +338,22 @@ def test_the_confidence_is_worked_out_when_it_is_asked_for(
     np.testing.assert_array_equal(found.confidence, np.where(exists, 0.25, np.nan))
     assert worked_out == batch.count.tolist()
     np.testing.assert_array_equal(pickle.loads(pickle.dumps(found)).confidence, found.confidence)
+
+
+@pytest.mark.parametrize("threads", [1, 2, 5])
+def test_the_answers_do_not_depend_on_how_many_threads_give_them(threads, monkeypatch):
+    scene = builtin_scene("lab")
+    rng = np.random.default_rng(2)
+    moved = LayoutNoise.of(0.5, 60.0).disturb(scene.layout, scene.size, rng, (23,))
+    batch = observe_many(moved, Camera(rng.uniform(0, 5, (23, 2)), rng.uniform(-3, 3, 23), scene.fov))
+    for made in (
+        lambda: SpatialReid(scene),
+        lambda: SpatialReid(scene, SpatialOptions(threshold=0.5), np.random.default_rng(1)),
+    ):
+        expected = made().identify_many(batch, margins=True)
+        with monkeypatch.context() as patched:
+            patched.setattr(assessment, "_PART", 4)
+            patched.setattr(assessment.numba.config, "NUMBA_NUM_THREADS", threads)
+            found = made().identify_many(batch, margins=True)
+        for name in ("label", "cost", "candidates", "widened", "margin", "runner_up"):
+            assert getattr(found, name).tobytes() == getattr(expected, name).tobytes(), name

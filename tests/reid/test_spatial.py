@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from farm_ar.errors import OptionError, SceneError, SnapshotError
 from farm_ar.reid import TERMS, SpatialOptions, SpatialReid, accuracy, solve_assignment
-from farm_ar.reid.assignment import assess
+from farm_ar.reid.assignment import labels_of_one
 from farm_ar.scenes import (
     BUILTIN,
     Camera,
@@ -367,10 +367,10 @@ def test_the_solver_named_is_the_one_used(monkeypatch: pytest.MonkeyPatch) -> No
 
     def compiled(*problem: Any) -> Any:
         used.append("lsap")
-        return assess(*problem)
+        return labels_of_one(*problem)
 
     monkeypatch.setattr("farm_ar.reid.spatial.solve_assignment", spy)
-    monkeypatch.setattr("farm_ar.reid.spatial.assess", compiled)
+    monkeypatch.setattr("farm_ar.reid.spatial.labels_of_one", compiled)
     for solver in ("lsap", "mip"):
         SpatialReid(room(), SpatialOptions(solver=solver)).identify(seen(("chair", 0.5, 0.5, 0.0)))
     assert used == ["lsap", "mip"]

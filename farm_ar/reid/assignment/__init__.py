@@ -4,7 +4,9 @@ from farm_ar.reid.assignment.assessment import (
     assess,
     assess_objects,
     fill_costs,
+    in_parts,
     known_objects,
+    labels_of_one,
     pose_cost,
 )
 from farm_ar.reid.assignment.optimum import (
@@ -39,9 +41,11 @@ __all__ = [
     "assign_most",
     "fill_costs",
     "find_margins",
+    "in_parts",
     "k_best",
     "known_at",
     "known_objects",
+    "labels_of_one",
     "margins",
     "margins_and_runners_up",
     "pose_cost",

@@ -5,8 +5,12 @@
 
 from __future__ import annotations
 
+import multiprocessing
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -41,6 +45,46 @@ def assess(seen: Seen, known: Known, rule: Rule, margins: bool = False, costs: b
     )
     assess_batch(Seen(*map(_writable, seen)), Known(*map(_writable, known)), rule, answer)
     return answer
+
+
+_NOT_ASKED: tuple[FloatArray, IntArray, FloatArray] = (
+    np.empty((0, 0)),
+    np.empty((0, 0), dtype=np.int64),
+    np.empty((0, 0, 0)),
+)
+"""Margins, runners-up and costs where they are not asked for."""
+
+
+def labels_of_one(seen: Seen, known: Known, rule: Rule) -> tuple[IntArray, FloatArray]:
+    """`assess` of one snapshot, whose arrays can be written to: the (N,) labels and their costs."""
+    shape = seen.yaw.shape
+    label, cost = np.empty(shape, dtype=np.int64), np.empty(shape)
+    label.fill(UNKNOWN)
+    cost.fill(np.nan)
+    candidates, widened = np.empty(1, dtype=np.int64), np.empty(1, dtype=np.bool_)
+    assess_batch(seen, known, rule, Answer(label, cost, candidates, widened, *_NOT_ASKED))
+    return label[0], cost[0]
+
+
+def in_parts(assessed: Callable[[slice], Answer], count: int) -> Answer:
+    """The answer to many snapshots, of which parts are assessed by as many threads as Numba may use.
+
+    Args:
+        assessed: gives the answer to those of a slice; it is called by several threads.
+        count: how many there are.
+    """
+    parts = [slice(k, min(k + _PART, count)) for k in range(0, count, _PART)] or [slice(0, 0)]
+    threads = min(numba.config.NUMBA_NUM_THREADS, len(parts))  # type: ignore[attr-defined]
+    if threads == 1 or multiprocessing.parent_process() is not None:  # whose siblings have the processors
+        answers = [assessed(part) for part in parts]
+    else:
+        with ThreadPoolExecutor(threads) as pool:
+            answers = list(pool.map(assessed, parts))
+    return answers[0] if len(answers) == 1 else Answer(*map(np.concatenate, zip(*answers, strict=True)))
+
+
+_PART = 4096
+"""Snapshots that one thread assesses at once."""
 
 
 def _writable(array: NDArray[Any]) -> NDArray[Any]:

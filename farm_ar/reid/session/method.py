@@ -131,7 +131,7 @@ class Session:
         snapshot = in_map(state, came)
         seen, layout = snapshot.detections, state.scene.layout
         answer, given, going = Identification((None,) * len(seen)), None, dict[int, Track]()
-        if state.look is not None:
+        if state.look is not None and any(seen.track_id):
             spacing = spacing_of(layout.position, layout.size)
             going = going_on(state.look.snapshot.detections, state.look.tracks, seen, spacing)
         if len(layout):

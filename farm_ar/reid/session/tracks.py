@@ -112,6 +112,8 @@ def with_tracks(
         switch_rate: how probable it is that a track is now on another thing.
     """
     held = [i for i, track in going.items() if track.held]
+    if not any(now.track_id):
+        return answer, (None,) * len(now)
     belief = _beliefs(answer, labels)
     if held:
         picture = belief.copy()
