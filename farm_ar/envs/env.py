@@ -58,6 +58,9 @@ class FarmToTableEnv(RecordedEnv):
     Write `gym.make("farm_ar:FarmToTable-v0")`: the module before the colon registers the id, also in the worker processes of
     vectorized environments (`SubprocVecEnv`, RLlib, TorchRL), which know nothing of what was imported elsewhere.
 
+    `gym.make_vec("farm_ar:FarmToTable-v0", num_envs=1024, carry="lift")` plays many in one compiled call a step, to the same bits
+    as one by one: [batched.md](batched.md).
+
     A *visit* is the time from the hand's entering the view to its leaving it. The camera of its snapshot is drawn when
     it begins and can be observed. Only what the camera sees can be gripped. Buildings are pushed by what is dragged
     into them; the way that each of them goes counts as effort, tick by tick.

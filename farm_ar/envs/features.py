@@ -299,7 +299,7 @@ def read_table(
     return (least if least < np.inf else 1.0), ambiguity, wrong
 
 
-@compiled
+@compiled(inline="always")
 def _describe(
     k: int, i: int, x: float, z: float, yaw: float, believed: Believed, room: Room, parts: Parts
 ) -> None:

@@ -127,10 +127,13 @@ class FlatObservation:
 
     Args:
         state: the numbers by name.
+
+    Attributes:
+        places: as of the numbers by name.
     """
 
     def __init__(self, state: StateObservation) -> None:
-        self._state = state
+        self._state, self.places = state, state.places
         self.space: spaces.Space[Any] = spaces.flatten_space(state.space)
 
     def observe(self, features: Features, left: Left, world: World) -> npt.NDArray[np.float32]:

@@ -8,8 +8,10 @@ import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.geometry.angles import wrap_angle
-from farm_ar.geometry.rectangles import overlap_depth
+from farm_ar.geometry.rectangles import length, separation
 from farm_ar.kernels import compiled
+
+_ROUNDED = 1 + 1e-9  # footprints farther apart than their corners reach do not overlap, whatever the rounding
 
 
 class Placement(NamedTuple):
@@ -59,6 +61,8 @@ def place_in_turn(turns: IntArray, tries: FloatArray, so_far: Placement, room: C
     for k in range(len(turns)):
         i = turns[k]
         found = False
+        half_width, half_depth = size[i, 0] / 2 + room.gap, size[i, 2] / 2 + room.gap
+        corner = length(half_width, half_depth)
         for t in range(tries.shape[1]):
             x, z, heading = tries[k, t]
             fits = True
@@ -66,12 +70,17 @@ def place_in_turn(turns: IntArray, tries: FloatArray, so_far: Placement, room: C
                 if not placed[j]:
                     continue
                 dx, dz = position[j, 0] - x, position[j, 1] - z
-                if dx * dx + dz * dz < room.apart**2 or (
-                    room.keeps_clear[i, j]
-                    and overlap_depth(dx, dz, heading, yaw[j], size[i] / 2 + room.gap, size[j] / 2) > 0
-                ):
+                away = dx * dx + dz * dz
+                if away < room.apart**2:
                     fits = False
                     break
+                other_width, other_depth = size[j, 0] / 2, size[j, 2] / 2
+                far = _ROUNDED * (corner + length(other_width, other_depth))
+                if room.keeps_clear[i, j] and away <= far * far:
+                    half, other = (half_width, half_depth), (other_width, other_depth)
+                    if separation(dx, dz, -heading, -yaw[j], *half, *other)[0] < 0:
+                        fits = False
+                        break
             if fits:
                 position[i, 0], position[i, 1], yaw[i] = x, z, heading
                 placed[i] = found = True

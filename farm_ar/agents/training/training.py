@@ -13,7 +13,7 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback, CallbackList
 from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.logger import configure
-from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecEnv, VecNormalize
+from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecEnv, VecMonitor, VecNormalize
 
 import farm_ar  # noqa: F401  # registers the environments
 from farm_ar.agents.training.callbacks import (
@@ -30,6 +30,8 @@ from farm_ar.agents.training.imitation import ImitatingPPO
 from farm_ar.agents.training.recipes import ALGORITHMS, POLICY_CLASSES, RecipeError, check_fit
 from farm_ar.agents.training.run_folder import CHECKPOINTS, Run, RunFolder
 from farm_ar.agents.training.surrogate_env import SurrogateEnv
+from farm_ar.envs.batched.entry_point import can_be_batched
+from farm_ar.envs.batched.sb3 import BatchedVecEnv
 from farm_ar.envs.registration import make_env
 from farm_ar.errors import OptionError
 
@@ -143,12 +145,7 @@ def check(run: Run) -> None:
 def _environments(
     run: Run, seed: int, count: int, saved: Path | None, judging: bool = False, trust: bool = False
 ) -> VecEnv:
-    many = SubprocVecEnv if run.processes and not judging else DummyVecEnv
-    # A process of its own learns of the environments by the module before the colon.
-    env_id = run.env if ":" in run.env else f"farm_ar:{run.env}"
-    envs: VecEnv = make_vec_env(
-        env_id, count, seed=seed, env_kwargs=dict(run.recipe.env_kwargs), vec_env_cls=many
-    )
+    envs = _monitored(run, seed, count, judging)
     if run.recipe.normalize is None:
         return envs
     if saved is not None:
@@ -157,6 +154,19 @@ def _environments(
     if judging:
         kept.norm_reward = False
     return kept
+
+
+def _monitored(run: Run, seed: int, count: int, judging: bool) -> VecEnv:
+    """Environments whose episodes are told of: in a batch where they can be, to the same bits."""
+    arguments = dict(run.recipe.env_kwargs)
+    if not (judging or run.processes) and can_be_batched(run.env, arguments):
+        batch = BatchedVecEnv.of(run.env, count, run.threads, **arguments)
+        batch.seed(seed)
+        return VecMonitor(batch)
+    many = SubprocVecEnv if run.processes and not judging else DummyVecEnv
+    # A process of its own learns of the environments by the module before the colon.
+    env_id = run.env if ":" in run.env else f"farm_ar:{run.env}"
+    return make_vec_env(env_id, count, seed=seed, env_kwargs=arguments, vec_env_cls=many)
 
 
 def _new_model(run: Run, envs: VecEnv) -> BaseAlgorithm:

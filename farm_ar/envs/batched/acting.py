@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from math import fabs, inf, pi
 
-import numpy as np
-
-from farm_ar.arrays import FloatArray
+from farm_ar.arrays import BoolArray, FloatArray
 from farm_ar.envs.batched.state import (
     CONTINUOUS,
+    DISCRETE,
     DISPLACEMENT,
+    EXCHANGE,
     OFFSETS,
+    SLOT,
     Batch,
     Choices,
     Scenery,
@@ -18,28 +19,27 @@ from farm_ar.envs.batched.state import (
     Work,
 )
 from farm_ar.envs.placement import within
-from farm_ar.game_logic.physics import chipmunk, trajectory
+from farm_ar.game_logic.physics import trajectory
 from farm_ar.game_logic.physics.state import Limits
 from farm_ar.geometry.angles import wrap_angle
-from farm_ar.geometry.camera import sees
 from farm_ar.geometry.rectangles import length
+from farm_ar.kernels import compiled
 
 
-@chipmunk.compiled
-def in_view(b: int, i: int, batch: Batch, scenery: Scenery) -> bool:
-    """Whether the camera of an environment sees an object."""
-    body = batch.bodies[b, i]
-    return sees(batch.eyes[b], body.x, scenery.elevation[i], body.z)
+@compiled(inline="always")
+def in_view(b: int, i: int, batch: Batch) -> bool:
+    """Whether the camera of an environment saw an object when the table was last read."""
+    return bool(batch.pose[b, i, 3] != 0)
 
 
-@chipmunk.compiled
+@compiled(inline="always")
 def true_yaw(b: int, i: int, batch: Batch, choices: Choices) -> float:
     """How an object is turned; with the game in [-pi, pi)."""
     yaw = -batch.bodies[b, i].angle
     return wrap_angle(yaw) if choices.game else yaw
 
 
-@chipmunk.compiled
+@compiled(inline="always")
 def decode(b: int, action: FloatArray, batch: Batch, choices: Choices, scenery: Scenery, work: Work) -> int:
     """Fill in the moves that an action asks for, before the budget; of things in view.
 
@@ -49,48 +49,79 @@ def decode(b: int, action: FloatArray, batch: Batch, choices: Choices, scenery: 
     n = len(scenery.movable)
     if choices.action == OFFSETS:
         return decode_offsets(b, action, batch, choices, scenery, work)
-    work.asked[0] = -1
     if choices.action == CONTINUOUS:
         if not decode_continuous(b, action, batch, choices, scenery, work):
             return -1
-    else:
-        which = int(action[0])
-        if which == n:
+    elif choices.action == DISPLACEMENT:
+        if int(action[0]) == n:
             return -1
-        work.asked[0] = batch.number[b, which]
-        if choices.action == DISPLACEMENT:
-            for axis in range(2):
-                work.shift[0, axis] = choices.reach_m * scenery.levels[int(action[1 + axis])]
-            work.turn[0] = choices.reach_rad * scenery.levels[int(action[3])]
-        else:
-            decode_slot(b, int(action[1]), scenery.shares[int(action[2])], batch, choices, scenery, work)
-    return 1 if in_view(b, work.asked[0], batch, scenery) else 0
+        work.asked[0] = batch.number[b, int(action[0])]
+        for axis in range(2):
+            work.shift[0, axis] = choices.reach_m * scenery.levels[int(action[1 + axis])]
+        work.turn[0] = choices.reach_rad * scenery.levels[int(action[3])]
+    else:
+        return decode_choice(b, action, batch, choices, scenery, work)
+    return 1 if in_view(b, work.asked[0], batch) else 0
 
 
-@chipmunk.compiled
-def decode_slot(
-    b: int, slot: int, share: float, batch: Batch, choices: Choices, scenery: Scenery, work: Work
-) -> None:
-    """Towards the believed place of the j-th label of the object's kind, as `SlotAction` has it."""
-    i, count = work.asked[0], 0
+@compiled(inline="always")
+def decode_choice(
+    b: int, action: FloatArray, batch: Batch, choices: Choices, scenery: Scenery, work: Work
+) -> int:
+    """An object, a label of its kind and a share: `slot`, or as one number `discrete`."""
+    n, shares = len(scenery.movable), len(scenery.shares)
+    which, slot, share = int(action[0]), 0, 0
+    if choices.action == SLOT:
+        if which < n:
+            slot, share = int(action[1]), int(action[2])
+    else:
+        slot, share = which // shares % choices.most_alike, which % shares
+        which = which // (shares * choices.most_alike)
+    if which == n:
+        return 0 if choices.action == EXCHANGE else -1
+    i = batch.number[b, which]
+    j, count = label_of(b, i, slot, batch, scenery), 0
+    if in_view(b, i, batch):
+        towards(b, count, i, j, scenery.shares[share], batch, choices, work)
+        count += 1
+    if choices.action == EXCHANGE and i != j and in_view(b, j, batch):
+        towards(b, count, j, i, scenery.shares[share], batch, choices, work)
+        count += 1
+    return count
+
+
+@compiled(inline="always")
+def alike(b: int, i: int, batch: Batch, scenery: Scenery) -> tuple[int, int]:
+    """Of the movable objects as they are met, the first of an object's kind, and how many there are."""
+    first, count = 0, 0
     for k in range(len(scenery.movable)):
         if batch.kind[b, k] == scenery.kind[i]:
+            if count == 0:
+                first = k
             count += 1
-    left = slot % count
-    for k in range(len(scenery.movable)):
-        if batch.kind[b, k] == scenery.kind[i]:
-            if left == 0:
-                j = batch.number[b, k]
-                body = batch.bodies[b, i]
-                work.shift[0, 0] = share * (batch.believed[b, j, 0] - body.x)
-                work.shift[0, 1] = share * (batch.believed[b, j, 1] - body.z)
-                turn = wrap_angle(batch.facing[b, j] - true_yaw(b, i, batch, choices))
-                work.turn[0] = share * turn
-                return
-            left -= 1
+    return first, count
 
 
-@chipmunk.compiled
+@compiled(inline="always")
+def label_of(b: int, i: int, slot: int, batch: Batch, scenery: Scenery) -> int:
+    """The label that is met as the j-th of an object's kind; after the last comes the first again."""
+    first, count = alike(b, i, batch, scenery)
+    return int(batch.number[b, first + slot % count])
+
+
+@compiled(inline="always")
+def towards(
+    b: int, row: int, i: int, j: int, share: float, batch: Batch, choices: Choices, work: Work
+) -> None:
+    """Ask for an object to go a share of the way and turn to where a label is believed to be."""
+    body = batch.bodies[b, i]
+    work.asked[row] = i
+    work.shift[row, 0] = share * (batch.believed[b, j, 0] - body.x)
+    work.shift[row, 1] = share * (batch.believed[b, j, 1] - body.z)
+    work.turn[row] = share * wrap_angle(batch.facing[b, j] - true_yaw(b, i, batch, choices))
+
+
+@compiled(inline="always")
 def decode_continuous(
     b: int, action: FloatArray, batch: Batch, choices: Choices, scenery: Scenery, work: Work
 ) -> bool:
@@ -100,7 +131,7 @@ def decode_continuous(
     least = inf
     for k in range(len(scenery.movable)):
         i = batch.number[b, k]
-        if in_view(b, i, batch, scenery):
+        if in_view(b, i, batch):
             away = length(batch.bodies[b, i].x - x, batch.bodies[b, i].z - z)
             if away < least:
                 work.asked[0], least = i, away
@@ -112,7 +143,7 @@ def decode_continuous(
     return True
 
 
-@chipmunk.compiled
+@compiled(inline="always")
 def decode_offsets(
     b: int, action: FloatArray, batch: Batch, choices: Choices, scenery: Scenery, work: Work
 ) -> int:
@@ -121,7 +152,7 @@ def decode_offsets(
     for k in range(len(scenery.movable)):
         i = batch.number[b, k]
         x, z, turn = action[3 * k], action[3 * k + 1], action[3 * k + 2]
-        if (x != 0 or z != 0 or turn != 0) and in_view(b, i, batch, scenery):
+        if (x != 0 or z != 0 or turn != 0) and in_view(b, i, batch):
             work.asked[count] = i
             work.shift[count, 0] = choices.reach_m * within(x, -1.0, 1.0)
             work.shift[count, 1] = choices.reach_m * within(z, -1.0, 1.0)
@@ -130,13 +161,13 @@ def decode_offsets(
     return count
 
 
-@chipmunk.compiled
+@compiled(inline="always")
 def share_of(left: float, asked: float) -> float:
     """What share of what is asked for there is."""
     return left / asked if asked > left else 1.0
 
 
-@chipmunk.compiled
+@compiled(inline="always")
 def fit(first: int, end: int, table: Table, choices: Choices, work: Work) -> None:
     """Scale moves down together as far as the budget needs it, as `Budget.fitted` does."""
     metres, radians = 0.0, 0.0
@@ -152,7 +183,7 @@ def fit(first: int, end: int, table: Table, choices: Choices, work: Work) -> Non
         work.turn[k] = by_turn * work.turn[k]
 
 
-@chipmunk.compiled
+@compiled(inline="always")
 def set_limits(limits: Limits, table: Table, choices: Choices, metres: float, radians: float) -> None:
     """What is left of the budget, from so many metres and radians on, as `MotionLimit.begin` does."""
     limits.metres = limits.radians = limits.effort = inf
@@ -165,7 +196,7 @@ def set_limits(limits: Limits, table: Table, choices: Choices, metres: float, ra
     limits.braking, limits.halted = 0, False
 
 
-@chipmunk.compiled
+@compiled(inline="always")
 def set_pose(
     b: int, i: int, x: float, z: float, turn: float, batch: Batch, choices: Choices
 ) -> tuple[float, float]:
@@ -178,7 +209,7 @@ def set_pose(
     return length(body.x - before_x, body.z - before_z), fabs(wrap_angle(turn))
 
 
-@chipmunk.compiled
+@compiled(inline="always")
 def act(
     b: int,
     action: FloatArray,
@@ -220,7 +251,7 @@ def act(
     return count < 0 or table.moves_left == 0
 
 
-@chipmunk.compiled
+@compiled(inline="always")
 def spend(table: Table, choices: Choices, metres: float, radians: float) -> None:
     """Take off what was executed."""
     if choices.by_effort:
@@ -230,9 +261,28 @@ def spend(table: Table, choices: Choices, metres: float, radians: float) -> None
         table.radians = max(table.radians - radians, 0.0)
 
 
-@chipmunk.compiled
-def fill_mask(b: int, batch: Batch, scenery: Scenery, mask: np.ndarray) -> None:
+@compiled(inline="always")
+def fill_mask(b: int, batch: Batch, choices: Choices, scenery: Scenery, work: Work, mask: BoolArray) -> None:
     """Which choices make sense, as the discrete actions' `mask` has it."""
-    n = len(scenery.movable)
-    for k in range(len(mask)):
-        mask[k] = k >= n or in_view(b, batch.number[b, k], batch, scenery)
+    n, shares = len(scenery.movable), len(scenery.shares)
+    for k in range(n):
+        work.seen[k] = in_view(b, batch.number[b, k], batch)
+    mask[:] = True
+    if choices.action not in (DISCRETE, EXCHANGE):
+        for k in range(n):
+            mask[k] = work.seen[k]
+        return
+    for k in range(n):
+        i = batch.number[b, k]
+        first, count = alike(b, i, batch, scenery)
+        for slot in range(choices.most_alike):
+            useful = work.seen[k] and slot < count
+            other = first + slot
+            if useful and choices.action == EXCHANGE:
+                useful = other != k and (k < other or not work.seen[other])
+            elif useful:
+                j, body = batch.number[b, other], batch.bodies[b, i]
+                there = batch.believed[b, j, 0] == body.x and batch.believed[b, j, 1] == body.z
+                useful = not (there and batch.facing[b, j] == true_yaw(b, i, batch, choices))
+            for share in range(shares):
+                mask[(k * choices.most_alike + slot) * shares + share] = useful

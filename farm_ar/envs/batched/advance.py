@@ -36,16 +36,16 @@ from farm_ar.envs.batched.state import (
     Work,
 )
 from farm_ar.envs.batched.streams import Stream
-from farm_ar.envs.features import MARGIN_SCALE, Believed, Float32Array, Found, parts_of, read_table
+from farm_ar.envs.features import MARGIN_SCALE, Believed, Float32Array, Found, read_table
 from farm_ar.envs.placement import within
 from farm_ar.envs.rewards import MARGIN_SHARE
 from farm_ar.envs.table import Objects, introduce, line_up
 from farm_ar.game_logic.animals.routes import PATH_SPREAD_M
-from farm_ar.game_logic.physics import chipmunk
 from farm_ar.game_logic.physics.state import Limits
 from farm_ar.geometry.angles import wrap_angle
 from farm_ar.geometry.camera import Eye
 from farm_ar.geometry.rectangles import length
+from farm_ar.kernels import compiled
 from farm_ar.reid.assignment import assess_objects, known_objects
 from farm_ar.structs import Structs, struct_dtype
 
@@ -54,13 +54,13 @@ _EYE, _LIMITS, _STREAM = struct_dtype(Eye), struct_dtype(Limits), struct_dtype(S
 _BLOCK, _DEEPEST = 128, 64
 
 
-@chipmunk.compiled
+@compiled(inline="always")
 def objects_of(b: int, batch: Batch) -> Objects:
     """The objects of one environment as they are met."""
     return Objects(batch.number[b], batch.kind[b], batch.fixed[b], batch.rivals[b])
 
 
-@chipmunk.compiled
+@compiled(inline="always")
 def read(b: int, batch: Batch, scenery: Scenery, numbers: Float32Array) -> None:
     """Fill in what there is to say of a table, (L,), as `Features.read` does."""
     table = batch.tables[b]
@@ -75,7 +75,7 @@ def read(b: int, batch: Batch, scenery: Scenery, numbers: Float32Array) -> None:
     )
 
 
-@chipmunk.compiled
+@compiled(inline="always")
 def begin(
     b: int, batch: Batch, choices: Choices, scenery: Scenery, herds: Herds, given: Given, work: Work
 ) -> None:
@@ -114,14 +114,14 @@ def begin(
     begin_visit(table, choices)
 
 
-@chipmunk.compiled
+@compiled(inline="always")
 def begin_visit(table: Table, choices: Choices) -> None:
     """A whole budget and all moves."""
     table.metres, table.radians, table.effort = choices.budget_m, choices.budget_rad, choices.budget
     table.moves_left = choices.moves
 
 
-@chipmunk.compiled
+@compiled(inline="always")
 def measure(b: int, batch: Batch, choices: Choices, scenery: Scenery, herds: Herds, work: Work) -> float:
     """The first number whose rise is paid for."""
     if choices.reward == MISCOUNT:
@@ -135,7 +135,7 @@ def measure(b: int, batch: Batch, choices: Choices, scenery: Scenery, herds: Her
     return float(batch.tables[b].wrong)
 
 
-@chipmunk.compiled
+@compiled
 def block_sum(values: FloatArray, first: int, n: int) -> float:
     """NumPy's sum of at most `_BLOCK` numbers: eight sums at a time."""
     total: float = 0.0
@@ -155,7 +155,7 @@ def block_sum(values: FloatArray, first: int, n: int) -> float:
     return total
 
 
-@chipmunk.compiled
+@compiled
 def numpy_sum(values: FloatArray) -> float:
     """`values.sum()` to the last bit: NumPy halves what is longer than a block."""
     ahead, depth = np.empty((_DEEPEST, 3), dtype=np.int64), np.empty(_DEEPEST, dtype=np.int64)
@@ -181,7 +181,7 @@ def numpy_sum(values: FloatArray) -> float:
     return whole
 
 
-@chipmunk.compiled
+@compiled
 def clutter(b: int, batch: Batch, choices: Choices, scenery: Scenery) -> float:
     """What `rewards.clutter` measures."""
     n = len(scenery.movable)
@@ -202,13 +202,13 @@ def clutter(b: int, batch: Batch, choices: Choices, scenery: Scenery) -> float:
     return numpy_sum(share) / 2
 
 
-@chipmunk.compiled
+@compiled(inline="always")
 def foresight(table: Table, choices: Choices) -> float:
     """What the reward foresees of the snapshot to come."""
     return table.ambiguity if choices.reward == MARGIN else table.expected_wrong
 
 
-@chipmunk.compiled
+@compiled(inline="always")
 def begin_step(b: int, batch: Batch, choices: Choices, scenery: Scenery, herds: Herds, work: Work) -> None:
     """Measure what is paid for, before."""
     table = batch.tables[b]
@@ -220,7 +220,7 @@ def begin_step(b: int, batch: Batch, choices: Choices, scenery: Scenery, herds: 
         table.before[1] = clutter(b, batch, choices, scenery)
 
 
-@chipmunk.compiled
+@compiled(inline="always")
 def end_visit(b: int, batch: Batch, choices: Choices, scenery: Scenery, herds: Herds, work: Work) -> int:
     """The snapshot, and what becomes of paths; the stage that comes next."""
     table = batch.tables[b]
@@ -237,7 +237,7 @@ def end_visit(b: int, batch: Batch, choices: Choices, scenery: Scenery, herds: H
     return CLOSE
 
 
-@chipmunk.compiled
+@compiled(inline="always")
 def next_visit(b: int, batch: Batch, choices: Choices, scenery: Scenery, work: Work) -> None:
     """Count a visit, and begin another if there is one, as `FarmToTableEnv._finish_visit` does."""
     table = batch.tables[b]
@@ -252,7 +252,7 @@ def next_visit(b: int, batch: Batch, choices: Choices, scenery: Scenery, work: W
     begin_visit(table, choices)
 
 
-@chipmunk.compiled
+@compiled(inline="always")
 def paid(
     b: int, batch: Batch, choices: Choices, scenery: Scenery, herds: Herds, work: Work, report: Report
 ) -> float:
@@ -273,28 +273,29 @@ def paid(
     return total + report.effort_cost
 
 
-@chipmunk.compiled
-def show(b: int, batch: Batch, choices: Choices, scenery: Scenery, herds: Herds, output: Output) -> None:
+@compiled(inline="always")
+def show(
+    b: int, batch: Batch, choices: Choices, scenery: Scenery, herds: Herds, output: Output, work: Work
+) -> None:
     """Fill in the observation, and what `info` has beside the reward."""
     table, report, numbers = batch.tables[b], output.reports[b], output.numbers[b]
     read(b, batch, scenery, numbers)
-    m, widest = len(scenery.kind), batch.rivals.shape[2]
-    budget = parts_of(numbers, m, scenery.features.kinds, widest).budget
+    at = choices.budget_at
     if choices.by_effort:
-        budget[0] = budget[1] = table.effort / choices.budget
+        numbers[at] = numbers[at + 1] = table.effort / choices.budget
     else:
-        budget[0], budget[1] = table.metres / choices.budget_m, table.radians / choices.budget_rad
-    budget[2] = table.moves_left / choices.moves
-    budget[3] = table.visits_left / choices.visits if choices.visits > 0 else 1.0
+        numbers[at], numbers[at + 1] = table.metres / choices.budget_m, table.radians / choices.budget_rad
+    numbers[at + 2] = table.moves_left / choices.moves
+    numbers[at + 3] = table.visits_left / choices.visits if choices.visits > 0 else 1.0
     report.accuracy, report.wrong_labels = table.accuracy, table.wrong
     report.paper_margin, report.effort = table.least_margin, table.moved
     report.miscounts = herds.clocks[b].astray if choices.game else 0
     report.phase = 0 if table.over else 1
     if output.masks.shape[1] > 0:
-        fill_mask(b, batch, scenery, output.masks[b])
+        fill_mask(b, batch, choices, scenery, work, output.masks[b])
 
 
-@chipmunk.compiled
+@compiled(inline="always")
 def keep_last(b: int, output: Output) -> None:
     """Keep what an episode ended with, before another one begins."""
     output.last_numbers[b] = output.numbers[b]
@@ -302,7 +303,7 @@ def keep_last(b: int, output: Output) -> None:
     output.last_masks[b] = output.masks[b]
 
 
-@chipmunk.compiled
+@compiled
 def advance(
     first: int,
     end: int,
@@ -335,11 +336,13 @@ def advance(
         np.empty(1, _EYE),  # type: ignore[arg-type]
         np.empty(1, _STREAM),  # type: ignore[arg-type]
         np.empty(m, dtype=np.bool_),
+        np.empty(m, dtype=np.bool_),
         np.zeros(1, _LIMITS),  # type: ignore[arg-type]
     )
     choices, lacking = choice[0], 0
     for b in range(first, end):
         table = batch.tables[b]
+        resumed = table.stage == LATE
         if table.stage == ACT:
             begin_step(b, batch, choices, scenery, herds, work)
             over = act(b, actions[b], batch, choices, scenery, work)
@@ -350,12 +353,13 @@ def advance(
             if over:
                 table.stage = end_visit(b, batch, choices, scenery, herds, work)
         if table.stage == LATE:
+            if resumed:
+                animals.may_stray(b, batch, choices, scenery, work)
             if not animals.run_from_start(b, table, choices, scenery, herds, work):
                 lacking += 1
                 continue
-            animals.changed_since_start(b, batch, herds, work.changed)
-            animals.redirect(b, batch, herds, work.changed)
-            table.until, table.stage = herds.clocks[b].now + choices.play_seconds, PLAY
+            animals.play_few(b, batch, choices, scenery, herds, work)
+            table.stage = PLAY
         if table.stage == PLAY:
             if not animals.run(b, batch, choices, scenery, herds, work):
                 lacking += 1
@@ -365,7 +369,7 @@ def advance(
         if table.stage == CLOSE:
             output.reward[b] = paid(b, batch, choices, scenery, herds, work, output.reports[b])
             output.over[b] = table.over
-            show(b, batch, choices, scenery, herds, output)
+            show(b, batch, choices, scenery, herds, output, work)
             table.stage = DONE
             if table.over and choices.same_step:
                 keep_last(b, output)
@@ -386,6 +390,6 @@ def advance(
             table.moved = 0.0
             report = output.reports[b]
             report.terms[0] = report.terms[1] = report.effort_cost = 0.0
-            show(b, batch, choices, scenery, herds, output)
+            show(b, batch, choices, scenery, herds, output, work)
             table.stage = DONE
     return lacking

@@ -9,10 +9,10 @@ import numpy as np
 
 from farm_ar.arrays import BoolArray
 from farm_ar.envs.actions import (
+    LAYOUT_ACTIONS,
+    MOVE_ACTIONS,
     ContinuousAction,
     DisplacementAction,
-    MoveAction,
-    OffsetsAction,
     SlotAction,
 )
 from farm_ar.envs.batched import state
@@ -45,13 +45,15 @@ from farm_ar.reid.spatial import SpatialReid
 from farm_ar.scenes import Scene
 from farm_ar.structs import Structs, new_structs, words_of
 
-ACTIONS: dict[str, tuple[int, type[MoveAction]]] = {
-    "displacement": (state.DISPLACEMENT, DisplacementAction),
-    "slot": (state.SLOT, SlotAction),
-    "continuous": (state.CONTINUOUS, ContinuousAction),
-    "offsets": (state.OFFSETS, OffsetsAction),
+ACTIONS = {
+    ("move", "displacement"): state.DISPLACEMENT,
+    ("move", "slot"): state.SLOT,
+    ("move", "continuous"): state.CONTINUOUS,
+    ("move", "discrete"): state.DISCRETE,
+    ("layout", "offsets"): state.OFFSETS,
+    ("layout", "discrete"): state.EXCHANGE,
 }
-"""The actions that kernels understand, by name."""
+"""The actions that kernels understand, by control and name."""
 
 REWARDS = {
     "identity": state.IDENTITY,
@@ -70,8 +72,10 @@ def choices_of(config: EnvConfig, scene: Scene, same_step: bool) -> Structs[Choi
     """(1,) what was chosen, for kernels."""
     made = new_structs(Choices, 1)
     own, unit = made[0], unit_of(scene)
-    code, action = ACTIONS[str(config.action)]
-    own.game, own.action, own.reward = config.game, code, REWARDS[config.reward]
+    action = (MOVE_ACTIONS if config.control == "move" else LAYOUT_ACTIONS)[str(config.action)]
+    own.action = ACTIONS[config.control, str(config.action)]
+    own.game, own.reward = config.game, REWARDS[config.reward]
+    own.most_alike = int(np.bincount(scene.layout.category_code[scene.layout.movable]).max())
     own.sign, own.effort_weight = float(config.sign), config.effort_weight
     own.by_effort, own.budget = config.budget is not None, config.budget or 1.0
     own.budget_m, own.budget_rad = config.budget_m, config.budget_rad
@@ -90,10 +94,13 @@ def choices_of(config: EnvConfig, scene: Scene, same_step: bool) -> Structs[Choi
     own.head_noise, own.new_gaze = float(np.deg2rad(config.head_noise_deg)), config.gaze == "random"
     own.animals_a_second = config.animals_a_second if config.game else 0.0
     own.play_seconds = config.play_seconds
-    own.lazy = config.play_seconds == 0 and config.visits == 1
+    own.lazy = config.visits == 1
     own.reach_m, own.reach_rad = action.reach_m * unit, action.reach_rad
     own.pick_m = ContinuousAction.PICK_M * unit
     own.diagonal_m, own.same_step = scene.diagonal, same_step
+    shapes = part_shapes(scene.layout)
+    before_budget = list(shapes)[: list(shapes).index("budget")]
+    own.budget_at = sum(math.prod(shapes[name]) for name in before_budget)
     own.shed = int(np.flatnonzero(scene.layout.fixed)[0]) if config.game else -1
     return made
 

@@ -11,8 +11,8 @@ from farm_ar.scenes import Scene
 
 ONLY: dict[str, tuple[object, ...]] = {
     "control": ("move", "layout"),
-    "action": ("displacement", "slot", "continuous", "offsets"),
-    "observation": ("state",),
+    "action": ("displacement", "slot", "continuous", "offsets", "discrete"),
+    "observation": ("state", "flat"),
     "reward": ("identity", "margin", "clutter", "miscount", "endpoint", "shaped"),
     "reid": ("spatial", "distance"),
     "session": ("off",),

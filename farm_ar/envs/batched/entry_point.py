@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import os
 import warnings
+from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
+from gymnasium.envs.registration import registry
 from gymnasium.vector import AsyncVectorEnv, AutoresetMode, SyncVectorEnv, VectorEnv
 
 from farm_ar.envs.batched.coverage import obstacle
-from farm_ar.envs.batched.vector_env import BatchedVectorEnv, mode_of
+from farm_ar.envs.batched.vector_env import BatchedVectorEnv, mode_of, processors
 from farm_ar.envs.config import EnvConfig
 from farm_ar.envs.env import FarmToTableEnv
 from farm_ar.envs.generator import scene_of
@@ -21,6 +22,27 @@ MOST_PROCESSES = 64
 
 class NotBatchedWarning(UserWarning):
     """Environments were asked for that cannot be batched."""
+
+
+ENTRY_POINT = "farm_ar.envs.batched:make_vector_env"
+"""How ids name what makes a batch of them."""
+
+
+def arguments_of(env_id: str, arguments: Mapping[str, Any]) -> dict[str, Any] | None:
+    """The arguments of a registered id, with some in place of its own; None where an id has no batches."""
+    spec = registry.get(env_id.removeprefix("farm_ar:"))
+    if spec is None or spec.vector_entry_point != ENTRY_POINT:
+        return None
+    return {**spec.kwargs, **arguments}
+
+
+def can_be_batched(env_id: str, arguments: Mapping[str, Any]) -> bool:
+    """Whether environments of an id, with these arguments, can be batched."""
+    found = arguments_of(env_id, arguments)
+    if found is None:
+        return False
+    config = EnvConfig(**found)
+    return obstacle(config, scene_of(config.scene, config.game)) is None
 
 
 def make_vector_env(
@@ -45,7 +67,7 @@ def make_vector_env(
     if found is None:
         return BatchedVectorEnv(num_envs, autoreset_mode, threads, **arguments)
     name, expected, value = found
-    apart = 1 < num_envs <= MOST_PROCESSES and len(os.sched_getaffinity(0)) > 1
+    apart = 1 < num_envs <= MOST_PROCESSES and processors() > 1
     chosen = AsyncVectorEnv if apart else SyncVectorEnv
     warnings.warn(
         f"{name} {expected}, got {value!r}: single environments are played in place of a batch "

@@ -14,21 +14,21 @@ from farm_ar.game_logic.animals.obstacle_avoidance import Buildings
 from farm_ar.game_logic.animals.routes import lead
 from farm_ar.game_logic.belief import SAME
 from farm_ar.game_logic.farm_game import WARM_UP_S
-from farm_ar.game_logic.physics import chipmunk
 from farm_ar.geometry.angles import wrap_angle
+from farm_ar.kernels import compiled
 from farm_ar.structs import Structs
 
 _FROM_START = -2
 """In place of how often the table had changed: animals know where they arrive as it was at the start."""
 
 
-@chipmunk.compiled
+@compiled(inline="always")
 def herd_of(b: int, herds: Herds) -> Herd:
     """The animals of one environment."""
     return Herd(herds.clocks[b : b + 1], herds.queue[b], herds.animals[b])
 
 
-@chipmunk.compiled
+@compiled
 def send_out(b: int, choices: Choices, scenery: Scenery, herds: Herds, table: Table) -> None:
     """Set clocks back to when the first animals have left, as `FarmGame._warm_up` does."""
     clock, n = herds.clocks[b], len(scenery.movable)
@@ -40,7 +40,7 @@ def send_out(b: int, choices: Choices, scenery: Scenery, herds: Herds, table: Ta
     table.led, table.known, table.foresaw = False, -1, False
 
 
-@chipmunk.compiled
+@compiled
 def same(one: Structs[Footprint], other: Structs[Footprint]) -> bool:
     """Whether footprints (M,) are the same; one that is none is like another that is none."""
     for i in range(len(one)):
@@ -56,7 +56,7 @@ def same(one: Structs[Footprint], other: Structs[Footprint]) -> bool:
     return True
 
 
-@chipmunk.compiled
+@compiled
 def look_ahead(
     b: int,
     believed: FloatArray,
@@ -93,7 +93,7 @@ def look_ahead(
     table.led = True
 
 
-@chipmunk.compiled
+@compiled
 def run(b: int, batch: Batch, choices: Choices, scenery: Scenery, herds: Herds, work: Work) -> bool:
     """Let the animals run until the time that was set; whether there was room for all of them."""
     table = batch.tables[b]
@@ -104,16 +104,22 @@ def run(b: int, batch: Batch, choices: Choices, scenery: Scenery, herds: Herds, 
     return arrival.run(herd_of(b, herds), herds.routes[b], herds.counts[b], table.until)
 
 
-@chipmunk.compiled
+@compiled
 def run_from_start(
     b: int, table: Table, choices: Choices, scenery: Scenery, herds: Herds, work: Work
 ) -> bool:
-    """The same before an episode began, when all stood, and was believed, where it was at its start."""
+    """The same before an episode began, when all stood, and was believed, where it was at its start.
+
+    Where animals are lazy, only those are sent out that may stray: the others come and go at once.
+    """
     if table.known == -1:
         work.position[:] = herds.start[b]
         for i in range(len(work.yaw)):
             work.yaw[i] = wrap_angle(herds.start_yaw[b, i])
-        look_ahead(b, herds.start[b], herds.start_yaw[b], table, choices, scenery, herds, work)
+        if choices.lazy:
+            look_ahead_of_few(b, herds.start[b], herds.start_yaw[b], True, choices, scenery, herds, work)
+        else:
+            look_ahead(b, herds.start[b], herds.start_yaw[b], table, choices, scenery, herds, work)
         table.known = _FROM_START
     if not arrival.run(herd_of(b, herds), herds.routes[b], herds.counts[b], table.until):
         return False
@@ -121,7 +127,61 @@ def run_from_start(
     return True
 
 
-@chipmunk.compiled
+@compiled
+def look_ahead_of_few(
+    b: int,
+    believed: FloatArray,
+    facing: FloatArray,
+    leads: bool,
+    choices: Choices,
+    scenery: Scenery,
+    herds: Herds,
+    work: Work,
+) -> None:
+    """Have those know where they arrive whose labels, by `work.stray`, may lead them astray.
+
+    Args:
+        b: the environment.
+        believed: (M, 2) where labels are believed to be, metres.
+        facing: (M,) how they are believed to be turned, radians.
+        leads: whether routes have yet to lead there.
+        choices: what was chosen.
+        scenery: the scene.
+        herds: the animals.
+        work: holds where everything stands.
+    """
+    enterable = ~scenery.fixed
+    buildings = Buildings(believed.copy(), facing.copy(), scenery.size, enterable)
+    stand, routes = footprints(work.position, work.yaw, scenery.size, enterable), herds.routes[b]
+    for i in range(len(stand)):
+        herds.buildings[b, i] = stand[i]
+    for k in range(len(scenery.movable)):
+        if work.stray[scenery.movable[k]]:
+            few = routes[k : k + 1]
+            if leads:
+                lead(few, herds.spread[b, k : k + 1], choices.shed, buildings, scenery.bows, scenery.room)
+            arrival.foresee_routes(few, stand)
+        else:
+            for i in range(routes.shape[1]):
+                routes[k, i].into, routes[k, i].length = routes[k, i].goal, -inf
+
+
+@compiled
+def play_few(b: int, batch: Batch, choices: Choices, scenery: Scenery, herds: Herds, work: Work) -> None:
+    """After the only visit: have the few animals know where they arrive that may stray, and play on."""
+    herd, table = herd_of(b, herds), batch.tables[b]
+    read_poses(b, batch, choices, work)
+    changed_since_start(b, batch, herds, work.changed)
+    turned = arrival.redirect(herd, batch.believed[b], work.changed)
+    stand = footprints(work.position, work.yaw, scenery.size, ~scenery.fixed)
+    if turned or not same(herds.buildings[b], stand):
+        arrival.foresee(herd, stand)
+    leads = bool(work.changed.any())
+    look_ahead_of_few(b, batch.believed[b], batch.facing[b], leads, choices, scenery, herds, work)
+    table.until, table.known = herds.clocks[b].now + choices.play_seconds, batch.states[b].changes
+
+
+@compiled
 def redirect(b: int, batch: Batch, herds: Herds, changed: BoolArray) -> None:
     """Move the ends of paths to labels that are now believed elsewhere, as `FarmGame.end_visit` does."""
     if changed.any():
@@ -131,7 +191,7 @@ def redirect(b: int, batch: Batch, herds: Herds, changed: BoolArray) -> None:
         table.led, table.known = False, -1
 
 
-@chipmunk.compiled
+@compiled
 def changed_since_start(b: int, batch: Batch, herds: Herds, changed: BoolArray) -> None:
     """Fill in which labels are believed elsewhere than at the start."""
     for j in range(len(changed)):
@@ -142,16 +202,17 @@ def changed_since_start(b: int, batch: Batch, herds: Herds, changed: BoolArray) 
         changed[j] = max(moved, fabs(wrap_angle(batch.facing[b, j] - herds.start_yaw[b, j]))) > SAME
 
 
-@chipmunk.compiled
+@compiled
 def may_stray(b: int, batch: Batch, choices: Choices, scenery: Scenery, work: Work) -> bool:
-    """Whether the place where a label is believed to be lies in a building that is not its own.
+    """Whether the place where a label is believed to be does not lie in its own building.
 
-    Where time does not go on, only an animal on its way to such a label may be in the wrong building at once.
+    Only animals on their way to such a label are miscounted; where no time passes, only those that are in
+    another building then. `work.stray` is filled with which labels these are.
     """
     read_poses(b, batch, choices, work)
-    stand = footprints(work.position, work.yaw, scenery.size, ~scenery.fixed)
+    stand, found = footprints(work.position, work.yaw, scenery.size, ~scenery.fixed), False
     for j in scenery.movable:
         into = standing_at(batch.believed[b, j, 0], batch.believed[b, j, 1], stand)
-        if into not in (NOWHERE, j):
-            return True
-    return False
+        work.stray[j] = into != j and (into != NOWHERE or choices.play_seconds > 0)
+        found = found or work.stray[j]
+    return found

@@ -11,15 +11,15 @@ from farm_ar.envs.batched.acting import true_yaw
 from farm_ar.envs.batched.starting import aim
 from farm_ar.envs.batched.state import Batch, Choices, Scenery, Work
 from farm_ar.game_logic.belief import SAME
-from farm_ar.game_logic.physics import chipmunk
 from farm_ar.game_logic.visibility import look_over
 from farm_ar.geometry.angles import wrap_angle
+from farm_ar.kernels import compiled
 from farm_ar.reid.assignment import Answer, Known, Seen
 from farm_ar.reid.assignment.assessment import assess_batch
 from farm_ar.scenes import UNKNOWN
 
 
-@chipmunk.compiled
+@compiled
 def read_poses(b: int, batch: Batch, choices: Choices, work: Work) -> None:
     """Fill in where everything is."""
     for i in range(len(work.yaw)):
@@ -28,7 +28,7 @@ def read_poses(b: int, batch: Batch, choices: Choices, work: Work) -> None:
         work.yaw[i] = true_yaw(b, i, batch, choices)
 
 
-@chipmunk.compiled
+@compiled
 def look(b: int, batch: Batch, choices: Choices, scenery: Scenery, work: Work) -> None:
     """Take a snapshot, identify what is in it, and believe the answer.
 
@@ -72,7 +72,7 @@ def look(b: int, batch: Batch, choices: Choices, scenery: Scenery, work: Work) -
             table.wrong += 1
 
 
-@chipmunk.compiled
+@compiled
 def detections(count: int, scenery: Scenery, work: Work) -> Seen:
     """What is seen, from left to right, as `seen_at` has it."""
     number, order = np.empty(1, dtype=np.int64), np.empty((1, count), dtype=np.int64)
@@ -88,7 +88,7 @@ def detections(count: int, scenery: Scenery, work: Work) -> Seen:
     return Seen(number, np.zeros((1, 2)), position, yaw, sides, category, order)
 
 
-@chipmunk.compiled
+@compiled
 def labels(b: int, batch: Batch, scenery: Scenery) -> Known:
     """The labels where they are believed to be, as `known_at` has them."""
     m = len(scenery.kind)
@@ -104,7 +104,7 @@ def labels(b: int, batch: Batch, scenery: Scenery) -> Known:
     )
 
 
-@chipmunk.compiled
+@compiled
 def unanswered(count: int) -> Answer:
     """Room for the answer on one snapshot, without margins and costs."""
     label, runner_up = np.empty((1, count), dtype=np.int64), np.empty((0, count), dtype=np.int64)

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from gymnasium.envs.registration import registry
 from gymnasium.vector import AutoresetMode
 
+from farm_ar.envs.batched.entry_point import arguments_of
 from farm_ar.envs.batched.vector_env import BatchedVectorEnv
 from farm_ar.errors import MissingPackageError, OptionError
 
@@ -46,10 +46,10 @@ class BatchedVecEnv(VecEnv):
         Raises:
             OptionError: an argument is wrong, or cannot be batched, or there is no such id.
         """
-        spec = registry.get(env_id.removeprefix("farm_ar:"))
-        if spec is None or not str(spec.vector_entry_point).startswith("farm_ar."):
+        found = arguments_of(env_id, arguments)
+        if found is None:
             raise OptionError("env_id", "must be one of farm-ar that can be batched", env_id)
-        return cls(num_envs, threads, **{**spec.kwargs, **arguments})
+        return cls(num_envs, threads, **found)
 
     def reset(self) -> Any:
         """Begin an episode in each."""

@@ -29,10 +29,13 @@ def aim(eye: Eye, yaw: float) -> None:
 @compiled
 def draw_numbers(stream: Stream, numbers: FloatArray, anywhere: bool) -> None:
     """Draw (K, TRIES, 3) numbers, and fill in the first (K, T, 3)."""
+    if not anywhere:
+        streams.draw_normals(stream, numbers, TRIES)
+        return
     for k in range(len(numbers)):
         for t in range(TRIES):
             for axis in range(3):
-                drawn = streams.uniform(stream) if anywhere else streams.normal(stream)
+                drawn = streams.uniform(stream)
                 if t < numbers.shape[1]:
                     numbers[k, t, axis] = drawn
 

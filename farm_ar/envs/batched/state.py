@@ -19,7 +19,7 @@ DONE, ACT, LATE, PLAY, CLOSE, BEGIN, WARM_UP, SHOW = range(8)
 """Stages of an environment within a call: what comes next. Where the arrays have no room for more animals it
 stays in a stage, and goes on from there in the next call."""
 
-DISPLACEMENT, SLOT, CONTINUOUS, OFFSETS = range(4)
+DISPLACEMENT, SLOT, CONTINUOUS, OFFSETS, DISCRETE, EXCHANGE = range(6)
 """Actions."""
 
 IDENTITY, MARGIN, CLUTTER, MISCOUNT, ENDPOINT, SHAPED = range(6)
@@ -86,15 +86,20 @@ class Choices(Struct):
     animals_a_second: float
     play_seconds: float
     lazy: bool
-    """Whether animals are only looked at where one may go astray: nothing is played after the only visit."""
+    """Whether only those animals are played that may go astray: there is one visit, and all that is told of
+    animals is how many did."""
     reach_m: float
     """Of the action, metres and radians, and how far it picks."""
     reach_rad: float
     pick_m: float
+    most_alike: int
+    """The most movable objects of one kind."""
     width: float
     depth: float
     diagonal_m: float
     shed: int
+    budget_at: int
+    """Where the budget is among the numbers of an observation."""
     same_step: bool
     """Whether an episode that is over is followed by another within the step."""
 
@@ -317,6 +322,7 @@ class Work(NamedTuple):
         eyes: (1,).
         streams: (1,).
         changed: (M,) labels whose believed pose changed.
+        stray: (M,) labels whose animals may be in another's building.
         limits: (1,).
     """
 
@@ -333,4 +339,5 @@ class Work(NamedTuple):
     eyes: Structs[Eye]
     streams: Structs[Stream]
     changed: BoolArray
+    stray: BoolArray
     limits: Structs[Limits]

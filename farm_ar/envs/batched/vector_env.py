@@ -32,14 +32,12 @@ from farm_ar.envs.generator import (
     given_layout,
     scene_of,
 )
-from farm_ar.envs.observations import StateObservation
+from farm_ar.envs.observations import OBSERVATIONS, FlatObservation, StateObservation
 from farm_ar.envs.rewards import EFFORT, REWARDS
 from farm_ar.errors import OptionError
 from farm_ar.game_logic.headset import field_of_view
 from farm_ar.game_logic.visibility import eyes_of
 from farm_ar.structs import Structs
-
-Observations = dict[str, npt.NDArray[np.float32]]
 
 _SMALLEST_PART = 32
 """Environments for which a thread of its own is worth it."""
@@ -69,20 +67,25 @@ class BatchedVectorEnv(VectorEnv[Any, Any, Any]):
         **arguments: Any,
     ) -> None:
         self.num_envs = _whole("num_envs", num_envs)
-        self._threads = _whole("threads", threads or len(os.sched_getaffinity(0)))
+        self._threads = _whole("threads", processors() if threads is None else threads)
         self._mode = mode_of(autoreset_mode)
         self.config = config = EnvConfig(**arguments)
         self._scene = scene = scene_of(config.scene, config.game)
         check_batched(config, scene)
         control = control_of(config, scene)
-        observation = StateObservation(scene.layout, config.white_box, hand=False)
-        self._parts = observation.places
+        observation = OBSERVATIONS[config.observation](scene, config)
+        assert isinstance(observation, StateObservation | FlatObservation)
+        self._parts, self._flat = observation.places, isinstance(observation, FlatObservation)
         self.single_observation_space, self.single_action_space = observation.space, control.space
         self.observation_space = batch_space(observation.space, self.num_envs)
         self.action_space = batch_space(control.space, self.num_envs)
         self.metadata = {"render_modes": [], "autoreset_mode": self._mode}
-        self._discrete = isinstance(control.space, spaces.MultiDiscrete)
-        choices = int(control.space.nvec.sum()) if isinstance(control.space, spaces.MultiDiscrete) else 0
+        self._most, choices = None, 0
+        if isinstance(control.space, spaces.MultiDiscrete):
+            self._most, choices = control.space.nvec, int(control.space.nvec.sum())
+        elif isinstance(control.space, spaces.Discrete):
+            self._most, choices = control.space.n, int(control.space.n)
+        self._discrete = self._most is not None
         self._choices = building.choices_of(config, scene, self._mode is AutoresetMode.SAME_STEP)
         self._scenery = building.scenery_of(config, scene)
         self._batch = building.new_batch(self.num_envs, scene)
@@ -100,7 +103,7 @@ class BatchedVectorEnv(VectorEnv[Any, Any, Any]):
         *,
         seed: int | Sequence[int | None] | None = None,
         options: Mapping[str, Any] | None = None,
-    ) -> tuple[Observations, dict[str, Any]]:
+    ) -> tuple[Any, dict[str, Any]]:
         """Begin episodes.
 
         Args:
@@ -130,7 +133,7 @@ class BatchedVectorEnv(VectorEnv[Any, Any, Any]):
             self._output.reports, self._output.masks, mask
         )
 
-    def step(self, actions: Any) -> tuple[Observations, Any, BoolArray, BoolArray, dict[str, Any]]:
+    def step(self, actions: Any) -> tuple[Any, Any, BoolArray, BoolArray, dict[str, Any]]:
         """One action of each.
 
         Raises:
@@ -163,7 +166,9 @@ class BatchedVectorEnv(VectorEnv[Any, Any, Any]):
             OptionError: the action is not discrete.
         """
         if not self._discrete:
-            raise OptionError("action", "must be displacement or slot for masks", self.config.action)
+            raise OptionError(
+                "action", "must be discrete, displacement or slot for masks", self.config.action
+            )
         if not self._begun.all():
             raise gym.error.ResetNeeded("there is nothing to look at before reset()")
         return self._output.masks.copy()
@@ -273,15 +278,17 @@ class BatchedVectorEnv(VectorEnv[Any, Any, Any]):
             raise gym.error.InvalidAction(f"actions: {expected}, got {given.dtype} of {given.shape}")
         values = given.astype(np.float64)
         right = np.isfinite(values)
-        if isinstance(space, spaces.MultiDiscrete):
-            right = (values >= 0) & (values < space.nvec)
+        if self._most is not None:
+            right = (values >= 0) & (values < self._most)
         if not right.all():
-            b = int(np.flatnonzero(~right.all(axis=1))[0])
+            b = int(np.flatnonzero(~right.reshape(self.num_envs, -1).all(axis=1))[0])
             raise gym.error.InvalidAction(f"actions[{b}]: must be in {space}, got {given[b].tolist()}")
-        return values
+        return values.reshape(self.num_envs, -1)
 
-    def _observed(self, numbers: npt.NDArray[np.float32]) -> Observations:
-        """The parts of observations, of copies."""
+    def _observed(self, numbers: npt.NDArray[np.float32]) -> Any:
+        """Observations, of copies: their parts by name, or joined in the order of names."""
+        if self._flat:
+            return np.concatenate([numbers[:, self._parts[name]] for name in sorted(self._parts)], axis=1)
         copied = numbers.copy()
         return {name: copied[:, place] for name, place in self._parts.items()}
 
@@ -307,7 +314,7 @@ class BatchedVectorEnv(VectorEnv[Any, Any, Any]):
         output, rows = self._output, np.flatnonzero(over).tolist()
         seen, final = self._observed(output.last_numbers), np.full(self.num_envs, None, dtype=object)
         for b in rows:
-            final[b] = {name: values[b] for name, values in seen.items()}
+            final[b] = seen[b] if self._flat else {name: values[b] for name, values in seen.items()}
         told = self._infos(output.last_reports, output.last_masks, over)
         return {"final_obs": final, "_final_obs": over.copy(), "final_info": told, "_final_info": over.copy()}
 
@@ -322,6 +329,13 @@ class BatchedVectorEnv(VectorEnv[Any, Any, Any]):
             given.eyes[0] = eyes_of(given_camera(asked["camera"], fov))[0]
             given.has[1] = True
         return given
+
+
+def processors() -> int:
+    """How many this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def mode_of(mode: AutoresetMode | str) -> AutoresetMode:

@@ -20,6 +20,7 @@ from farm_ar.structs import Structs
 _STEP_METRES, _STEP_RADIANS = 5e-3, pi / 90
 _HALVINGS = 30
 _TOUCHING = 1e-9
+_REACHES = 2.0 + 1e-9
 
 
 @chipmunk.compiled
@@ -56,8 +57,14 @@ def has_room(state: State, bodies: Structs[Body], i: int) -> bool:
     x, z = overlap_resolution.way_to_table(state, bodies[i])
     if fabs(x) > _TOUCHING or fabs(z) > _TOUCHING:
         return False
+    body = bodies[i]
     for k in range(len(bodies)):
-        near = k != i and overlap_resolution.are_near(bodies[i], bodies[k], 0.0)
+        other = bodies[k]
+        # Cheap: twice the sum of the squares of two half diagonals is no less than the square of their sum.
+        x, z = body.x - other.x, body.z - other.z
+        reach = body.half_width * body.half_width + body.half_depth * body.half_depth
+        reach += other.half_width * other.half_width + other.half_depth * other.half_depth
+        near = k != i and x * x + z * z <= _REACHES * reach
         if near and overlap_resolution.separation(bodies, i, k)[0] < -_TOUCHING:
             return False
     return True

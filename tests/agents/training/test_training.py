@@ -25,6 +25,7 @@ from farm_ar.agents.training.recipes import ALGORITHMS
 from farm_ar.agents.training.run_folder import LOCK, RunError, RunFolder, read_table
 from farm_ar.agents.training.surrogate_env import SurrogateEnv
 from farm_ar.agents.training.training import train
+from farm_ar.envs.batched.sb3 import BatchedVecEnv
 from farm_ar.errors import InputError, OptionError
 
 
@@ -221,6 +222,20 @@ def test_mistakes_in_the_arguments_are_seen_before_anything_is_written(tiny, tmp
     with pytest.raises(OptionError, match="jitter"):
         train(tiny(env_kwargs={"jitter": "wild"}), tmp_path / "run")
     assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize("normalize", [None, {"norm_obs": True, "norm_reward": True}])
+def test_what_can_be_batched_is_trained_in_a_batch_to_the_same_bits(tiny, tmp_path, monkeypatch, normalize):
+    values = {"env_kwargs": {"carry": "lift", "play_seconds": 0.5}, "normalize": normalize}
+    run = tiny("ppo", **values)
+    made = []
+    monkeypatch.setattr(BatchedVecEnv, "close", lambda self: made.append(self))
+    batched = train(run, tmp_path / "batched")
+    assert len(made) == 1
+    monkeypatch.setattr("farm_ar.agents.training.training.can_be_batched", lambda *_: False)
+    alone = train(run, tmp_path / "alone")
+    assert len(made) == 1
+    assert torch.equal(weights(batched), weights(alone))
 
 
 ALGORITHMS_AND_VALUES = [

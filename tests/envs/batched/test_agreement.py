@@ -14,8 +14,16 @@ STEPS = 100 * settings().max_examples
 """Steps of single environments that are compared: 5000, or 100 000 of all tests."""
 
 GAMES = {
-    "control": [("move", "displacement"), ("move", "slot"), ("move", "continuous"), ("layout", "offsets")],
+    "control": [
+        ("move", "displacement"),
+        ("move", "slot"),
+        ("move", "continuous"),
+        ("layout", "offsets"),
+        ("move", "discrete"),
+        ("layout", "discrete"),
+    ],
     "knowledge": ["white-box", "black-box"],
+    "observation": ["state", "state", "flat"],
     "reward": ["identity", "margin", "clutter", "miscount", "endpoint", "shaped"],
     "sign": [1, -1],
     "effort_weight": [0.0, 0.25, 3.0],
@@ -35,7 +43,7 @@ GAMES = {
 
 PLAIN = {
     "game": [False],
-    "control": [("layout", "offsets")],
+    "control": [("layout", "offsets"), ("layout", "discrete")],
     "reward": ["identity", "margin", "clutter", "endpoint", "shaped"],
 }
 """The same without it."""
@@ -101,9 +109,12 @@ def play(arguments, steps, count, rng):
     for step in range(steps + 1):
         for k, (seen, info, paid, ended, cut) in enumerate(results):
             where = (arguments, seed, step, k)
-            assert set(seen) == set(observed)
-            for name in seen:
-                same(name, observed[name][k], seen[name], where)
+            if isinstance(seen, dict):
+                assert set(seen) == set(observed)
+                for name in seen:
+                    same(name, observed[name][k], seen[name], where)
+            else:
+                same("observation", observed[k], seen, where)
             assert {name for name in infos if not name.startswith("_")} == set(info)
             for name in info:
                 same(name, infos[name][k], info[name], where)

@@ -26,6 +26,15 @@ def test_a_stream_gives_what_the_generator_gives(seed):
     assert np.abs(numbers).max() > 3.6541528853610088
 
 
+def test_normal_numbers_drawn_at_once_are_those_drawn_one_by_one():
+    generator, stream = pair(8)
+    for count in (7, 50):
+        numbers = np.empty((COUNT // 200, 6, 3))
+        streams.draw_normals(stream[0], numbers, count)
+        np.testing.assert_array_equal(numbers, generator.normal(size=(len(numbers), count, 3))[:, :6])
+    assert streams.uniform(stream[0]) == generator.random()
+
+
 def test_whole_numbers_and_orders_use_up_halves_of_words_alike(rng):
     generator, stream = pair(3)
     for count in rng.integers(1, 2**31, size=2000) % np.exp2(rng.integers(1, 31, size=2000)).astype(int) + 1:
