@@ -13,7 +13,7 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback, CallbackList
 from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.logger import configure
-from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecEnv, VecMonitor, VecNormalize
+from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecEnv, VecNormalize
 
 import farm_ar  # noqa: F401  # registers the environments
 from farm_ar.agents.training.callbacks import (
@@ -160,9 +160,9 @@ def _monitored(run: Run, seed: int, count: int, judging: bool) -> VecEnv:
     """Environments whose episodes are told of: in a batch where they can be, to the same bits."""
     arguments = dict(run.recipe.env_kwargs)
     if not (judging or run.processes) and can_be_batched(run.env, arguments):
-        batch = BatchedVecEnv.of(run.env, count, run.threads, **arguments)
+        batch = BatchedVecEnv.of(run.env, count, run.threads, monitor=True, **arguments)
         batch.seed(seed)
-        return VecMonitor(batch)
+        return batch
     many = SubprocVecEnv if run.processes and not judging else DummyVecEnv
     # A process of its own learns of the environments by the module before the colon.
     env_id = run.env if ":" in run.env else f"farm_ar:{run.env}"

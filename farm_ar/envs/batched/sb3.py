@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -28,20 +29,25 @@ class BatchedVecEnv(VecEnv):
     Args:
         num_envs: how many.
         threads: how many at most; as many as there are processors by default.
+        monitor: whether infos tell of episodes that ended, under `episode`, as `Monitor` does.
         arguments: of the environment, the fields of `EnvConfig`.
 
     Raises:
         OptionError: an argument is wrong, or cannot be batched.
     """
 
-    def __init__(self, num_envs: int, threads: int | None = None, **arguments: Any) -> None:
+    def __init__(
+        self, num_envs: int, threads: int | None = None, monitor: bool = False, **arguments: Any
+    ) -> None:
+        self._monitor, self._begun = monitor, time.time()
+        self._total, self._length = np.zeros(num_envs), np.zeros(num_envs, dtype=np.int64)
         self.batch = BatchedVectorEnv(num_envs, AutoresetMode.SAME_STEP, threads, **arguments)
         self._actions: npt.NDArray[Any] = np.zeros(0)
         super().__init__(num_envs, self.batch.single_observation_space, self.batch.single_action_space)
 
     @classmethod
     def of(cls, env_id: str, num_envs: int, threads: int | None = None, **arguments: Any) -> BatchedVecEnv:
-        """The environments of a registered id, with other arguments in place of its own.
+        """The environments of a registered id, with other arguments in place of its own; `monitor` is one.
 
         Raises:
             OptionError: an argument is wrong, or cannot be batched, or there is no such id.
@@ -57,6 +63,7 @@ class BatchedVecEnv(VecEnv):
         if any(one != options for one in self._options):
             raise OptionError("options", "must be the same for all environments of a batch", self._options)
         observations, infos = self.batch.reset(seed=self._seeds, options=options)
+        self._total[:], self._length[:] = 0.0, 0
         self.reset_infos = _each(infos, self.num_envs)
         self._reset_seeds()
         self._reset_options()
@@ -72,9 +79,19 @@ class BatchedVecEnv(VecEnv):
         seen, told = infos.pop("final_obs", None), infos.pop("final_info", {})
         now = _each(infos, self.num_envs)
         last = _each(told, self.num_envs) if over.any() else now
+        self._total += reward
+        self._length += 1
         for b in np.flatnonzero(over).tolist():
             self.reset_infos[b], now[b] = now[b], last[b]
             now[b]["terminal_observation"] = seen[b]
+            if self._monitor:
+                took = round(time.time() - self._begun, 6)
+                now[b]["episode"] = {
+                    "r": round(float(self._total[b]), 6),
+                    "l": int(self._length[b]),
+                    "t": took,
+                }
+        self._total[over], self._length[over] = 0.0, 0
         for info in now:
             info["TimeLimit.truncated"] = False
         return observations, reward.astype(np.float32), over, now

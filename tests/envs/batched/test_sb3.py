@@ -7,6 +7,7 @@ import pytest
 pytest.importorskip("stable_baselines3")
 
 from stable_baselines3 import PPO
+from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor, VecNormalize
 
 from farm_ar.envs import FarmToTableEnv
@@ -21,7 +22,9 @@ def same_infos(one, other):
     for first, second in zip(one, other, strict=True):
         assert set(first) == set(second)
         for name, value in second.items():
-            if name == "terminal_observation":
+            if name == "episode":
+                assert {**first[name], "t": 0} == {**value, "t": 0}
+            elif name == "terminal_observation":
                 for part in value:
                     np.testing.assert_array_equal(first[name][part], value[part])
             else:
@@ -30,8 +33,8 @@ def same_infos(one, other):
 
 
 def test_it_gives_what_single_environments_give():
-    batch = BatchedVecEnv.of("FarmToTable-v0", 3, **ARGUMENTS)
-    alone = DummyVecEnv([lambda: FarmToTableEnv(**ARGUMENTS)] * 3)
+    batch = BatchedVecEnv.of("FarmToTable-v0", 3, monitor=True, **ARGUMENTS)
+    alone = DummyVecEnv([lambda: Monitor(FarmToTableEnv(**ARGUMENTS))] * 3)
     assert (batch.observation_space, batch.action_space) == (alone.observation_space, alone.action_space)
     assert batch.seed(7) == alone.seed(7)
     one, other = batch.reset(), alone.reset()
