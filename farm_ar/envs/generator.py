@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from farm_ar.arrays import FloatArray, IntArray
-from farm_ar.envs.placement import Clearance, Placement, place_in_turn, poses_anywhere, poses_nearby
+from farm_ar.arrays import FloatArray
+from farm_ar.envs.placement import Clearance, Placement, Strewing, strew
 from farm_ar.errors import InputError, OptionError, known_name
 from farm_ar.game_logic.headset import field_of_view, random_camera
 from farm_ar.geometry import footprints_overlap
@@ -182,9 +182,6 @@ GAP_M = 0.005
 TRIES = 50
 """Poses tried for an object before all are taken up and placed anew."""
 
-FEW_TRIES = 6
-"""Poses of these that are worked out at first: they nearly always do."""
-
 RESTARTS = 100
 
 ROOM_EACH = 0.6
@@ -216,7 +213,7 @@ class StartingLayouts:
 
     def __init__(self, scene: Scene, jitter: str) -> None:
         layout, unit = scene.layout, unit_of(scene)
-        self._scene, self._jitter, self._unit = scene, jitter, unit
+        self._scene, self._jitter = scene, jitter
         self._movable = np.flatnonzero(layout.movable)
         diagonal = np.hypot(layout.size[:, 0], layout.size[:, 2])
         self.edge = np.minimum(diagonal[:, None] / 2, np.divide(scene.size, 2))
@@ -226,7 +223,16 @@ class StartingLayouts:
         )
         self.keeps_clear = ~overlap | (jitter == "hard")
         room = scene.area / len(layout)
-        self._room, self._size = np.array(scene.size, dtype=np.float64), layout.size.copy()
+        self._size, (metres, radians) = layout.size.copy(), SPREADS.get(jitter, (0.0, 0.0))
+        self._how = Strewing(
+            jitter == "hard",
+            layout.position.copy(),
+            layout.yaw.copy(),
+            self.edge,
+            np.array(scene.size, dtype=np.float64),
+            (metres * unit, float(radians)),
+            YAW_LIMIT,
+        )
         self.apart = min(HARD_SEPARATION_M * unit, ROOM_EACH * float(np.sqrt(room)))
 
     def draw(self, rng: np.random.Generator) -> Layout:
@@ -240,18 +246,8 @@ class StartingLayouts:
             shape = (len(turns), TRIES, 3)
             drawn = rng.random(shape) if hard else rng.normal(size=shape)
             apart = self.apart * 0.9 ** (restart // 10) if hard else 0.0
-            for few in (FEW_TRIES, TRIES):
-                tries = self._poses(turns, np.ascontiguousarray(drawn[:, :few]), hard)
-                so_far = Placement(layout.position.copy(), layout.yaw.copy(), layout.fixed.copy())
-                room = Clearance(self._size, self.keeps_clear, GAP_M, apart)
-                if place_in_turn(turns, tries, so_far, room):
-                    return layout.placed(so_far.position, so_far.yaw)
+            so_far = Placement(layout.position.copy(), layout.yaw.copy(), layout.fixed.copy())
+            room = Clearance(self._size, self.keeps_clear, GAP_M, apart)
+            if strew(turns, drawn, self._how, so_far, room):
+                return layout.placed(so_far.position, so_far.yaw)
         return layout
-
-    def _poses(self, turns: IntArray, drawn: FloatArray, hard: bool) -> FloatArray:
-        """(K, T, 3) poses to try for each, from what was drawn."""
-        if hard:
-            return poses_anywhere(turns, drawn, self.edge, self._room, YAW_LIMIT)
-        home, (metres, radians) = self._scene.layout, SPREADS[self._jitter]
-        spread = (metres * self._unit, float(radians))
-        return poses_nearby(turns, drawn, home.position, home.yaw, self.edge, self._room, spread, YAW_LIMIT)

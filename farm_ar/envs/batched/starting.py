@@ -11,10 +11,13 @@ from farm_ar.envs.batched import streams
 from farm_ar.envs.batched.numpy_functions import arctan2
 from farm_ar.envs.batched.state import ANYWHERE, ON_PATH, Choices, Scenery, Work
 from farm_ar.envs.batched.streams import Stream
-from farm_ar.envs.generator import FEW_TRIES, RESTARTS, TRIES
-from farm_ar.envs.placement import Clearance, Placement, place_in_turn, poses_anywhere, poses_nearby
+from farm_ar.envs.generator import RESTARTS, TRIES
+from farm_ar.envs.placement import Clearance, Placement, Strewing, strew
 from farm_ar.geometry.camera import Eye
 from farm_ar.kernels import compiled
+
+_FEW_TRIES = 6
+"""So many numbers are kept of the `TRIES` that are drawn: they nearly always do."""
 
 
 @compiled
@@ -41,19 +44,9 @@ def draw_numbers(stream: Stream, numbers: FloatArray, anywhere: bool) -> None:
 
 
 @compiled
-def poses_to_try(turns: IntArray, drawn: FloatArray, choices: Choices, scenery: Scenery) -> FloatArray:
-    """(K, T, 3) poses to try for objects, from numbers that were drawn."""
-    if choices.layouts == ANYWHERE:
-        return poses_anywhere(turns, drawn, scenery.edge, scenery.room, choices.yaw_limit)
-    spread = (choices.spread_m, choices.spread_rad)
-    home, heading = scenery.position, scenery.yaw
-    return poses_nearby(turns, drawn, home, heading, scenery.edge, scenery.room, spread, choices.yaw_limit)
-
-
-@compiled
 def draw_layout(stream: Stream, choices: Choices, scenery: Scenery, work: Work) -> None:
     """Fill in positions and yaws of a starting layout, as `StartingLayouts.draw` does."""
-    few = np.empty((len(scenery.movable), FEW_TRIES, 3))
+    few = np.empty((len(scenery.movable), _FEW_TRIES, 3))
     anywhere = choices.layouts == ANYWHERE
     again = work.streams[0]
     for restart in range(RESTARTS):
@@ -63,12 +56,12 @@ def draw_layout(stream: Stream, choices: Choices, scenery: Scenery, work: Work) 
         room = Clearance(scenery.size, scenery.keeps_clear, choices.gap_m, apart)
         keep(stream, again)
         draw_numbers(stream, few, anywhere)
-        if place(turns, poses_to_try(turns, few, choices, scenery), room, scenery, work):
+        if place(turns, few, choices, room, scenery, work):
             return
         keep(again, stream)
         many = np.empty((len(turns), TRIES, 3))
         draw_numbers(stream, many, anywhere)
-        if place(turns, poses_to_try(turns, many, choices, scenery), room, scenery, work):
+        if place(turns, many, choices, room, scenery, work):
             return
     work.position[:], work.yaw[:] = scenery.position, scenery.yaw
 
@@ -82,10 +75,21 @@ def keep(stream: Stream, other: Stream) -> None:
 
 
 @compiled
-def place(turns: IntArray, tries: FloatArray, room: Clearance, scenery: Scenery, work: Work) -> bool:
+def place(
+    turns: IntArray, drawn: FloatArray, choices: Choices, room: Clearance, scenery: Scenery, work: Work
+) -> bool:
     """Place objects one after the other, from the scene's own layout on."""
     work.position[:], work.yaw[:] = scenery.position, scenery.yaw
-    return place_in_turn(turns, tries, Placement(work.position, work.yaw, scenery.fixed.copy()), room)
+    how = Strewing(
+        choices.layouts == ANYWHERE,
+        scenery.position,
+        scenery.yaw,
+        scenery.edge,
+        scenery.room,
+        (choices.spread_m, choices.spread_rad),
+        choices.yaw_limit,
+    )
+    return strew(turns, drawn, how, Placement(work.position, work.yaw, scenery.fixed.copy()), room)
 
 
 @compiled

@@ -110,7 +110,7 @@ def pose_cost(
     return float(translation_weight * np.sqrt(dx * dx + dz * dz) + rotation_weight * turn)
 
 
-@compiled
+@compiled(inline="always")
 def fill_costs(
     seen: Seen,
     known: Known,
@@ -164,7 +164,7 @@ def fill_costs(
             cost[row, k] = dimension[known.kind[j]] * moved
 
 
-@compiled
+@compiled(inline="always")
 def give_labels(cost: FloatArray, b: int, rows: IntArray, columns: IntArray, answer: Answer) -> None:
     """Solve (Eq. 8) for some detections and labels of one snapshot, with their margins where asked for.
 
