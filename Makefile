@@ -61,7 +61,7 @@ unit: $(VENV)/dev.stamp ## Run the tests, examples among them, with coverage (PY
 
 test-oldest: $(OLDEST)/stamp ## Run the environments' tests with the oldest Gymnasium that is supported
 	$(HEADLINE) "Environments, with Gymnasium $(OLDEST_GYMNASIUM)"
-	@$(OLDEST)/bin/python -m pytest -n auto --maxprocesses 4 tests/envs tests/testing $(PYTEST_ARGS)
+	@$(OLDEST)/bin/python -m pytest -n auto --maxprocesses 4 tests/envs tests/testing tests/test_trainers.py $(PYTEST_ARGS)
 
 wheel: $(VENV)/dev.stamp $(WHEELHOUSE)/stamp ## Build the wheel, install it into an empty environment, use it there
 	$(HEADLINE) "The wheel, in an empty environment"
@@ -127,7 +127,7 @@ $(OLDEST)/stamp: pyproject.toml constraints.txt
 	@$(PYTHON) -m venv $(OLDEST)
 	@grep -v '^gymnasium==' constraints.txt >$(OLDEST)/constraints.txt
 	@$(OLDEST)/bin/python -m pip install --quiet --disable-pip-version-check \
-	    --constraint $(OLDEST)/constraints.txt gymnasium==$(OLDEST_GYMNASIUM) --editable '.[dev,train,vision,service]'
+	    --constraint $(OLDEST)/constraints.txt gymnasium==$(OLDEST_GYMNASIUM) 'ray[rllib]' --editable '.[dev,train,vision,service]'
 	@touch $@
 
 $(WHEELHOUSE)/stamp: $(VENV)/core.stamp
