@@ -421,3 +421,41 @@ def test_an_anchor_decides_where_everything_has_moved_a_little_and_a_session_tak
     assert right >= len(truth) - 2
     # Without it nothing stands exactly where it stood, so how exact the motion is cannot be certain.
     assert align(scene, strange).confidence <= align(scene, strange).roughly
+
+
+def anchored_world(seed, moved_by, anchor_off=0.0, stayed=0.0):
+    """A world whose things moved by so much of the spacing (SD), but some; an anchor that is off likewise."""
+    rng = np.random.default_rng(seed)
+    place, yaw, category = (worlds.room, worlds.tabletop, worlds.warehouse, worlds.clusters)[seed % 4](rng)
+    n, names = len(place), tuple(f"k{code}" for code in category)
+    spacing = spacing_of(place, np.full((n, 3), 0.1))
+    loose = (rng.random(n) >= stayed)[:, None]
+    later = place + loose * rng.normal(0, moved_by * spacing, (n, 2))
+    turned = yaw + loose[:, 0] * rng.normal(0, 0.2, n)
+    motion = motion_of(*(rng.uniform(-5, 5, 2) * spacing), rng.uniform(-3, 3))
+    seen = snapshot_of(later, turned, names, FieldOfView(np.pi, np.pi, 100 * spacing), place.mean(axis=0))
+    strange = moved(seen, motion.inverse())
+    before = strange.detections.position.mean(axis=0)
+    after = motion.position(before[None])[0] + rng.normal(0, anchor_off * spacing, 2)
+    turn = float(motion.turn) + rng.normal(0, 0.3 * anchor_off)
+    return scene_of(place, yaw, names), strange, motion, ((*before, 0.3), (*after, 0.3 + turn)), spacing
+
+
+def test_the_motion_of_an_exact_anchor_stays_though_all_has_moved_a_little():
+    close = []
+    for seed in range(24):
+        scene, strange, motion, anchor, spacing = anchored_world(seed, 0.3 if seed % 2 else 0.1)
+        found = align(scene, strange, anchor)
+        assert found.certain
+        distance, turn = off(found, motion, strange)
+        close.append(distance < 0.05 * spacing and turn < np.deg2rad(2))
+    assert np.mean(close) >= 0.95
+
+
+def test_what_stayed_mends_an_anchor_that_is_somewhat_off():
+    close = []
+    for seed in range(24):
+        scene, strange, motion, anchor, spacing = anchored_world(seed, 1.0, anchor_off=0.15, stayed=0.6)
+        distance, turn = off(align(scene, strange, anchor), motion, strange)
+        close.append(distance < 0.05 * spacing and turn < np.deg2rad(2))
+    assert np.mean(close) >= 0.95

@@ -7,6 +7,7 @@ about it that do as well (Laplace's approximation).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import product
 from typing import NamedTuple
 
@@ -19,11 +20,19 @@ from farm_ar.reid.alignment.kernels import choose
 from farm_ar.reid.alignment.problem import Problem
 from farm_ar.reid.registration import register, turned
 
+Sds = Sequence[tuple[float, float]]
+
 CLOSE, CLOSE_TURN = 0.05, float(np.deg2rad(2))
 """What counts as right: within so much of the spacing, and radians."""
 
 POSITION_SDS = ((0.01, 0.35), (0.03, 0.4), (0.08, 0.25))
 """SDs that positions of things which stayed may have, by the spacing, and how probable each is."""
+
+LOOSE_SDS = (*POSITION_SDS, (0.2, 0.2), (0.45, 0.1))
+"""The same where an anchor says about where to look, so that things may have moved a little, too."""
+
+NUDGED, NUDGED_SD = 0.5, 0.3
+"""Share of the things near their places that have moved a little, where the others have not; their SD."""
 
 HEADING_SDS = ((float(np.deg2rad(1.5)), 0.4), (float(np.deg2rad(6)), 0.4), (np.inf, 0.2))
 """The same of headings, radians; infinite: headings tell nothing."""
@@ -55,12 +64,14 @@ class Found(NamedTuple):
         match: (K, N) the label at whose place each detection is, -1 for none.
         evidence: (K,) its logarithm, with the prior that any motion is as probable.
         close: (K,) probability that the motion is close, if it is the right one.
+        exact: (K,) whether it is an anchor's, exactly; its evidence is then that of this motion alone.
     """
 
     motions: FloatArray
     match: IntArray
     evidence: FloatArray
     close: FloatArray
+    exact: BoolArray
 
 
 class _Seen(NamedTuple):
@@ -87,22 +98,30 @@ class _Seen(NamedTuple):
     empty: BoolArray
 
 
-def weigh(problem: Problem, motions: FloatArray, match: IntArray) -> Found:
+def weigh(problem: Problem, motions: FloatArray, match: IntArray, sds: Sds = POSITION_SDS) -> Found:
     """The evidence of motions, each fitted to what it explains.
 
     Args:
         problem: snapshot and map.
         motions: (K, 3 or more) turn, x, z.
         match: (K, N) the label that each detection is paired with, -1 for none.
+        sds: of positions, and how probable each is.
     """
     motions = motions[:, :3]
     for _ in range(2):
-        motions = _fitted(problem, motions, match, _evidence(problem, motions, match)[2])
-    evidence, close, share = _evidence(problem, motions, match)
+        motions = _fitted(problem, motions, match, _evidence(problem, motions, match, sds)[2])
+    evidence, close, share = _evidence(problem, motions, match, sds)
     order = np.argsort(-evidence, kind="stable")
     kept = choose(motions, order, len(motions), 2 * CLOSE, 2 * CLOSE_TURN)
     match = np.where(share > LIKELY, match, -1)
-    return Found(motions[kept], match[kept], evidence[kept], close[kept])
+    return Found(motions[kept], match[kept], evidence[kept], close[kept], np.zeros(len(kept), dtype=bool))
+
+
+def weigh_exactly(problem: Problem, motion: FloatArray, match: IntArray) -> Found:
+    """The evidence of one motion (1, 3), and of none about it: it is not fitted."""
+    evidence, _, share = _evidence(problem, motion, match, LOOSE_SDS, exact=True)
+    every = np.ones(1)
+    return Found(motion, np.where(share > LIKELY, match, -1), evidence, every, every > 0)
 
 
 def nothing_stayed(problem: Problem) -> float:
@@ -157,34 +176,41 @@ def _look(problem: Problem, motions: FloatArray, match: IntArray) -> _Seen:
 
 
 def _evidence(
-    problem: Problem, motions: FloatArray, match: IntArray
+    problem: Problem, motions: FloatArray, match: IntArray, sds: Sds, exact: bool = False
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Log evidence (K,), probability of being close (K,), and how probably each pair is one (K, N)."""
     seen, parts = _look(problem, motions, match), []
-    for (sd, first), (heading, second), stayed in product(POSITION_SDS, HEADING_SDS, STAYED):
-        log, share = _mixture(problem, seen, sd, heading, stayed)
+    for (sd, first), (heading, second), stayed in product(sds, HEADING_SDS, STAYED):
+        nudged = NUDGED if sds is LOOSE_SDS and sd < NUDGED_SD else 0.0
+        log, share = _mixture(problem, seen, sd, heading, stayed, nudged)
         close, volume = _precision(problem, seen, share, sd, heading)
-        parts.append((np.log(first * second / len(STAYED)) + log + volume, close, share))
+        log = log if exact else log + volume - np.log(2 * np.pi * problem.area)
+        parts.append((np.log(first * second / len(STAYED)) + log, close, share))
     logs, closes, shares = (np.array(part) for part in zip(*parts, strict=True))
     evidence = logsumexp(logs, axis=0)
     weight = np.exp(logs - evidence)
-    evidence = evidence - np.log(2 * np.pi * problem.area)
     return evidence, (weight * closes).sum(axis=0), (weight[..., None] * shares).sum(axis=0)
 
 
 def _mixture(
-    problem: Problem, seen: _Seen, sd: float, heading: float, stayed: float
+    problem: Problem, seen: _Seen, sd: float, heading: float, stayed: float, nudged: float = 0.0
 ) -> tuple[FloatArray, FloatArray]:
-    """Log likelihood (K,) of what is seen and what is not, and how probably each pair is one (K, N)."""
+    """Log likelihood (K,) of what is seen and what is not, and how probably each pair is one (K, N).
+
+    Pairs that were nudged count as little as they tell.
+    """
     present = np.where(problem.scene.layout.fixed, FIXED, stayed)
-    density = np.exp(-0.5 * seen.square / sd**2) / (2 * np.pi * sd**2) * seen.look
+    near, wide = (np.exp(-0.5 * seen.square / s**2) / (2 * np.pi * s**2) for s in (sd, NUDGED_SD))
+    near, wide = (1 - nudged) * near, nudged * wide
+    density = (near + wide) * seen.look
     if np.isfinite(heading):
         peak = seen.period / (np.sqrt(2 * np.pi) * heading) * np.exp(-0.5 * (seen.turn / heading) ** 2)
         density = density * np.where(seen.told, FLIPPED + (1 - FLIPPED) * peak, 1.0)
+    told = (near + wide * (sd / NUDGED_SD) ** 2) / np.maximum(near + wide, 1e-300)
     here = present[seen.label] * density
     apart = np.where(seen.viewed, 1 - present[seen.label], 1.0) * problem.elsewhere(stayed)
     missing = np.where(seen.empty, np.log(1 - present), 0.0).sum(axis=1)
-    return np.log(here + apart).sum(axis=1) + missing - _strewn(problem, stayed), here / (here + apart)
+    return np.log(here + apart).sum(axis=1) + missing - _strewn(problem, stayed), here / (here + apart) * told
 
 
 def _strewn(problem: Problem, stayed: float) -> float:

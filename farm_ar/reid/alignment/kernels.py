@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from farm_ar.arrays import FloatArray, IntArray
+from farm_ar.arrays import FloatArray, IntArray, read_only
 from farm_ar.kernels import compiled
 
 _compile = compiled(error_model="numpy")
@@ -25,8 +25,8 @@ NEAR, FAR = 0.06, 0.16
 HEADING, TELLS = 0.07, 0.8
 """SD of a heading where motions are compared, radians, and how probable it is that headings tell anything."""
 
-STEPS = (0.2, 0.12, 0.08, 0.06, 0.05, 0.05)
-"""SDs of positions in the steps of a refinement."""
+STEPS, LOOSELY = read_only([0.2, 0.12, 0.08, 0.06, 0.05, 0.05], np.float64), read_only([0.45], np.float64)
+"""SDs of positions in the steps of a refinement; the same to pair what has moved a little."""
 
 
 class Things(NamedTuple):
@@ -226,7 +226,9 @@ def choose(motions: FloatArray, order: IntArray, most: int, apart: float, turned
 
 
 @_compile
-def refine(motions: FloatArray, seen: Things, known: Things, fit: FloatArray, floor: FloatArray) -> IntArray:
+def refine(
+    motions: FloatArray, seen: Things, known: Things, fit: FloatArray, floor: FloatArray, steps: FloatArray
+) -> IntArray:
     """Improve motions step by step; (H, N) which label each detection then stands at, -1 for none.
 
     Each step pairs detections with labels one to one, the likeliest first, and fits the motion to the pairs.
@@ -237,13 +239,14 @@ def refine(motions: FloatArray, seen: Things, known: Things, fit: FloatArray, fl
         known: the M labels.
         fit: (N, M) as in `score`.
         floor: (N,) as in `score`.
+        steps: SD of positions in each step.
     """
     n, m = fit.shape
     match = np.full((len(motions), n), -1)
     gain, which = np.empty(n * m), np.empty(n * m, dtype=np.int64)
     for h in range(len(motions)):
         row = match[h]
-        for sd in STEPS:
+        for sd in steps:
             turn, sine, cosine = motions[h, 0], math.sin(motions[h, 0]), math.cos(motions[h, 0])
             found = 0
             for i in range(n):

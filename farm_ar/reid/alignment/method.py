@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import logsumexp
 
-from farm_ar.arrays import BoolArray, FloatArray, Record
-from farm_ar.reid.alignment.evidence import Found, nothing_stayed, weigh
-from farm_ar.reid.alignment.kernels import refine
+from farm_ar.arrays import BoolArray, FloatArray, IntArray, Record
+from farm_ar.reid.alignment.evidence import LOOSE_SDS, Found, nothing_stayed, weigh, weigh_exactly
+from farm_ar.reid.alignment.kernels import LOOSELY, STEPS, refine
 from farm_ar.reid.alignment.problem import Pose, Problem, motion_between, problem_of, proposals
 from farm_ar.reid.plausibility import some
 from farm_ar.reid.registration import RigidMotion
@@ -34,6 +34,9 @@ GROUP, EACH_MORE = 3, 3.0
 
 ANCHORED, ANCHOR_REACH, ANCHOR_TURN = 0.98, 1.0, float(np.deg2rad(15))
 """Probability that an anchor is right; how far the motion may then be off it, by the spacing and radians."""
+
+EXACT = 0.5
+"""Probability that an anchor which is right is so exactly."""
 
 
 @dataclass(frozen=True)
@@ -151,8 +154,19 @@ def _found(problem: Problem, start: RigidMotion | None) -> Found | None:
         motions = np.vstack([problem.scaled(start), motions])
     if not len(motions):
         return None
-    match = refine(motions, problem.seen, problem.known, problem.fit, problem.floor)
-    return weigh(problem, motions, match)
+    match = _paired(problem, motions, STEPS)
+    if start is None:
+        return weigh(problem, motions, match)
+    says = problem.scaled(start)
+    exact = weigh_exactly(problem, says[:, :3], _paired(problem, says.copy(), LOOSELY))
+    loose = _paired(problem, motions.copy(), LOOSELY)
+    fitted = weigh(problem, np.vstack([motions, motions]), np.vstack([match, loose]), LOOSE_SDS)
+    return Found(*(np.concatenate(both) for both in zip(exact, fitted, strict=True)))
+
+
+def _paired(problem: Problem, motions: FloatArray, steps: FloatArray) -> IntArray:
+    """(K, N) labels of detections under motions, which are refined in these steps."""
+    return refine(motions, problem.seen, problem.known, problem.fit, problem.floor, steps)
 
 
 def _mirrored(snapshot: Snapshot) -> Snapshot:
@@ -254,5 +268,6 @@ def _odds(problem: Problem, found: Found | None, anchor: RigidMotion | None, mir
     if found is not None:
         near = _near(problem, found, anchor)
         room = np.pi * ANCHOR_REACH**2 * 2 * ANCHOR_TURN / (2 * np.pi * problem.area)
-        evidence = evidence + np.log(np.where(near, ANCHORED / room, 1 - ANCHORED))
+        about = np.log(np.where(near, ANCHORED * (1 - EXACT) / room, 1 - ANCHORED))
+        evidence = evidence + np.where(found.exact, np.log(ANCHORED * EXACT), about)
     return _Odds(evidence, none + float(np.log(ANCHORED)), none + float(np.log(1 - ANCHORED)), mirrored)
