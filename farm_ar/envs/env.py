@@ -53,6 +53,9 @@ class FarmToTableEnv(RecordedEnv):
     `knowledge="black-box"`. `FarmToTableShaped-v0` and so on have `reward="shaped"`, to train learners without a recipe that are
     then evaluated with the id itself.
 
+    `farm_ar.envs.two_players.env()` is a table for two, as PettingZoo has them (extra `pettingzoo`): an adversary's visit, then
+    a helper's, whose gain is the adversary's loss.
+
     A second environment, `DeliverToChair-v0`, has a page below: a robot that must find one of several identical chairs.
 
     Write `gym.make("farm_ar:FarmToTable-v0")`: the module before the colon registers the id, also in the worker processes of
@@ -344,6 +347,16 @@ class FarmToTableEnv(RecordedEnv):
         """
         self._require_reset()
         return self._budget
+
+    @property
+    def visits_left(self) -> float:
+        """How many visits the episode has left, the one that is under way among them.
+
+        Raises:
+            gymnasium.error.ResetNeeded: there has been no episode yet.
+        """
+        self._require_reset()
+        return self._visits_left
 
     @property
     def view(self) -> TableView:
