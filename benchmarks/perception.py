@@ -229,7 +229,7 @@ def stages(folder: Path, count: int | None) -> Image:
     camera = Camera(
         view.eye[[0, 2]], view.yaw, FieldOfView(half, half, 3.0), view.eye[1], np.array(view.pitch)
     )
-    answer = identify(FARM, Snapshot(camera, fine.detections), load_reid("likelihood")(FARM))
+    answer = identify(FARM, Snapshot(camera, fine.uncertain), load_reid("likelihood")(FARM))
     colours = dict(zip(FARM.layout.labels, label_colours(FARM.layout.labels), strict=True))
     texts = [
         f"{name or 'no label'} {100 * sure:.0f}%"

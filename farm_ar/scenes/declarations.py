@@ -12,6 +12,7 @@ from farm_ar.scenes.files import degrees
 from farm_ar.scenes.kinds import (
     DEGREES,
     RADIANS,
+    Anything,
     Either,
     Flag,
     Kind,
@@ -303,6 +304,10 @@ CAMERA = Document(
                     ),
                 }
             ),
+            **{
+                name: Anything(default=None, about="Of a rendered image and its truth; not read.")
+                for name in ("image", "objects")
+            },
         },
         notes=True,
         about="The camera of an image: where it was, as in a snapshot, and its intrinsics, as OpenCV has "

@@ -201,17 +201,27 @@ def _summary(away: FloatArray, error: FloatArray, edges: FloatArray) -> dict[str
     return {"edges": edges.tolist(), **found}
 
 
-def moments_of(scene: Scene, count: int, seed: int) -> list[tuple[Layout, Camera]]:
-    """Moments of visits to a scene: movable things around their homes but not in one another; cameras."""
+def moments_of(
+    scene: Scene, count: int, seed: int, moved: float = 0.07, turned: float = float(np.deg2rad(25))
+) -> list[tuple[Layout, Camera]]:
+    """Moments of visits to a scene: movable things around their homes but not in one another; cameras.
+
+    Args:
+        scene: with their homes.
+        count: how many.
+        seed: of them all.
+        moved: SD of x and of z, metres.
+        turned: SD of the heading, radians.
+    """
     layout, found = scene.layout, []
     for number in range(count):
         rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(number,)))
         position, yaw = layout.position.copy(), layout.yaw.copy()
         for k in rng.permutation(np.flatnonzero(layout.movable)):
             kept = position[k].copy(), yaw[k]
-            shifted = position[k] + 0.07 * rng.standard_normal(2)
+            shifted = position[k] + moved * rng.standard_normal(2)
             position[k] = np.clip(shifted, 0.05, np.array(scene.size) - 0.05)
-            yaw[k] += np.deg2rad(25) * rng.standard_normal()
+            yaw[k] += turned * rng.standard_normal()
             if deepest_overlap(position, yaw, layout.size) > 0:
                 position[k], yaw[k] = kept
         camera = random_camera(scene, field_of_view("photo"), rng)

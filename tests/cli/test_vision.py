@@ -6,6 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
+from farm_ar.vision.photos import read_image_camera
+
 OWN = """
 import json
 import numpy as np
@@ -79,6 +81,11 @@ def test_frames_that_were_rendered_are_judged(run, tmp_path, monkeypatch):
     assert answer["frames"] == 2
     things = [json.loads(file.read_text())["objects"] for file in (tmp_path / "rendered").glob("*.json")]
     seen = sum(one["visible"] >= 0.4 for several in things for one in several)
+    truth = sorted((tmp_path / "rendered").glob("*.json"))[0]
+    data = json.loads(truth.read_text())
+    camera = read_image_camera(truth)  # a frame's truth is the camera file of its image
+    assert camera.view.eye.tolist() == [data["camera"][axis] for axis in "xyz"]
+    assert camera.view.intrinsics.fx == data["intrinsics"]["fx"]
     assert answer["at least 40%"]["things"] == seen
 
 
