@@ -17,7 +17,7 @@ from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
 from farm_ar.agents.policies.base import SHIPPED, SHIPPED_ENV, Policy, shipped
 from farm_ar.agents.training.checkpoints import as_written, normalized, read_tensors
 from farm_ar.agents.training.object_policy import ObjectPolicy
-from farm_ar.agents.training.recipes import ALGORITHMS, POLICY_CLASSES
+from farm_ar.agents.training.recipes import ALGORITHMS, policy_class
 from farm_ar.agents.training.run_folder import BEST, CHECKPOINTS, RunFolder
 from farm_ar.envs import FarmToTableEnv
 from farm_ar.envs.registration import check_arguments, make_env
@@ -124,7 +124,7 @@ def load_policy(run: Path, which: str = "best", trust: bool = False) -> TrainedP
     learner: Any = ALGORITHMS[description.algo]
     envs = DummyVecEnv([lambda: make_env(description.env, recipe.env_kwargs)])
     spaces_of = learner._wrap_env(envs, monitor_wrapper=False)  # images are turned for the network
-    make: Any = POLICY_CLASSES[recipe.policy]
+    make = policy_class(recipe.policy, spaces_of.observation_space)
     make = learner.policy_aliases.get(make, make)
     parameters, _ = read_tensors(saved)
     with as_written(saved):

@@ -29,10 +29,18 @@ ALGORITHMS: dict[str, type[BaseAlgorithm]] = {"ppo": PPO, "maskable-ppo": Maskab
 
 POLICY_CLASSES = {
     "MultiInputPolicy": "MultiInputPolicy",
+    "MlpPolicy": "MlpPolicy",
     "CnnPolicy": "CnnPolicy",
     "ObjectPolicy": ObjectPolicy,
 }
 """The policies by name."""
+
+
+def policy_class(name: str, observations: spaces.Space[Any]) -> Any:
+    """The policy of a name; the one for several inputs is `MlpPolicy` where there is one."""
+    plain = isinstance(observations, spaces.Box) and len(observations.shape) == 1
+    return POLICY_CLASSES["MlpPolicy" if plain and name == "MultiInputPolicy" else name]
+
 
 OURS = frozenset(
     {"policy", "env", "seed", "verbose", "device", "tensorboard_log", "self", "_init_setup_model"}
@@ -64,8 +72,11 @@ def check_fit(algorithm: str, policy: str, env: gym.Env[Any, Any]) -> None:
     if algorithm == "maskable-ppo" and isinstance(space, spaces.Box):
         raise OptionError("algo", "must be ppo or sac for continuous actions", algorithm)
     state = isinstance(env.observation_space, spaces.Dict)
-    if policy == "ObjectPolicy" and (algorithm != "maskable-ppo" or not state):
-        expected = "must be another one, but for maskable-ppo on state observations"
+    several = isinstance(space, spaces.MultiDiscrete)
+    if policy == "ObjectPolicy" and (algorithm != "maskable-ppo" or not state or not several):
+        expected = (
+            "must be another one, but for maskable-ppo on state observations with action slot or displacement"
+        )
         raise OptionError("policy", expected, policy)
 
 

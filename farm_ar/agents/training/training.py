@@ -27,7 +27,7 @@ from farm_ar.agents.training.callbacks import (
 )
 from farm_ar.agents.training.checkpoints import DEMONSTRATIONS, as_written, normalized, read_state, restore
 from farm_ar.agents.training.imitation import ImitatingPPO
-from farm_ar.agents.training.recipes import ALGORITHMS, POLICY_CLASSES, RecipeError, check_fit
+from farm_ar.agents.training.recipes import ALGORITHMS, RecipeError, check_fit, policy_class
 from farm_ar.agents.training.run_folder import CHECKPOINTS, Run, RunFolder
 from farm_ar.agents.training.surrogate_env import SurrogateEnv
 from farm_ar.envs.batched.entry_point import can_be_batched
@@ -175,7 +175,7 @@ def _new_model(run: Run, envs: VecEnv) -> BaseAlgorithm:
         ALGORITHMS[run.algo] if recipe.imitate is None else partial(ImitatingPPO, imitate=recipe.imitate)
     )
     return learner(  # type: ignore[no-any-return]
-        POLICY_CLASSES[recipe.policy],
+        policy_class(recipe.policy, envs.observation_space),
         envs,
         seed=run.seed,
         device="cpu",
