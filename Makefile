@@ -73,11 +73,8 @@ wheel: $(VENV)/dev.stamp $(WHEELHOUSE)/stamp ## Build the wheel, install it into
 	    --no-index --find-links "$(WHEELHOUSE)" --constraint constraints.txt "$$work"/farm_ar-*.whl; \
 	cd "$$work"; env -u PYTHONPATH venv/bin/farm-ar scenes list
 
-bench: $(VENV)/core.stamp ## Time the identification, the environments, the pictures and the sweeps
-	@$(BIN)/python benchmarks/identification.py
-	@$(BIN)/python benchmarks/environments.py
-	@SDL_VIDEODRIVER=dummy $(BIN)/python benchmarks/rendering.py
-	@$(BIN)/python benchmarks/sweeps.py
+bench: $(VENV)/dev.stamp ## Time all that is measured, as one page: docs/speed.md (half an hour)
+	@SDL_VIDEODRIVER=dummy $(BIN)/python benchmarks/page.py
 
 clean: ## Remove all that make and the checks have left, .venv among it
 	rm -rf $(VENV) $(OLDEST) $(WHEELHOUSE) out build dist .coverage .coverage.* .hypothesis .import_linter_cache \

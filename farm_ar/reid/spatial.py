@@ -480,7 +480,9 @@ class SpatialReid(Reidentifier):
             order = label_order[some] if len(label_order) > 1 else label_order
             return assess(seen, known._replace(order=order), rule, margins)
 
-        label, cost, candidates, widened, margin, runner_up, _ = in_parts(assessed, len(batch))
+        label, cost, candidates, widened, margin, runner_up, _ = in_parts(
+            assessed, len(batch), shape[1] * len(layout)
+        )
         found = IdentificationBatch(layout.labels, label, cost, candidates, widened)
         return replace(found, margin=margin, runner_up=runner_up) if margins else found
 

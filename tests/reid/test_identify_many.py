@@ -352,7 +352,7 @@ def test_the_answers_do_not_depend_on_how_many_threads_give_them(threads, monkey
     ):
         expected = made().identify_many(batch, margins=True)
         with monkeypatch.context() as patched:
-            patched.setattr(assessment, "_PART", 4)
+            patched.setattr(assessment, "_PART", 4 * batch.yaw.shape[1] * len(scene.layout))
             patched.setattr(assessment.numba.config, "NUMBA_NUM_THREADS", threads)
             found = made().identify_many(batch, margins=True)
         for name in ("label", "cost", "candidates", "widened", "margin", "runner_up"):

@@ -66,14 +66,16 @@ def labels_of_one(seen: Seen, known: Known, rule: Rule) -> tuple[IntArray, Float
     return label[0], cost[0]
 
 
-def in_parts(assessed: Callable[[slice], Answer], count: int) -> Answer:
+def in_parts(assessed: Callable[[slice], Answer], count: int, costs: int) -> Answer:
     """The answer to many snapshots, of which parts are assessed by as many threads as Numba may use.
 
     Args:
         assessed: gives the answer to those of a slice; it is called by several threads.
         count: how many there are.
+        costs: how many there are of each.
     """
-    parts = [slice(k, min(k + _PART, count)) for k in range(0, count, _PART)] or [slice(0, 0)]
+    step = max(1, _PART // max(costs, 1))
+    parts = [slice(k, min(k + step, count)) for k in range(0, count, step)] or [slice(0, 0)]
     threads = min(numba.config.NUMBA_NUM_THREADS, len(parts))  # type: ignore[attr-defined]
     if threads == 1 or multiprocessing.parent_process() is not None:  # whose siblings have the processors
         answers = [assessed(part) for part in parts]
@@ -83,8 +85,8 @@ def in_parts(assessed: Callable[[slice], Answer], count: int) -> Answer:
     return answers[0] if len(answers) == 1 else Answer(*map(np.concatenate, zip(*answers, strict=True)))
 
 
-_PART = 4096
-"""Snapshots that one thread assesses at once."""
+_PART = 400_000
+"""Costs of the snapshots that one thread assesses at once."""
 
 
 def _writable(array: NDArray[Any]) -> NDArray[Any]:
