@@ -26,7 +26,7 @@ CLEARANCE_M = 0.01
 WALL_M = 0.002
 """How far a curve may run inside the front of the shed from whose door it comes."""
 
-_LOOKS = 8  # at a curve, at equal steps of the parameter
+_LOOKS, _MORE_LOOKS, _MANY = 8, 24, 20  # at a curve, at equal steps of the parameter; at many small buildings
 
 _FOOTPRINT = struct_dtype(Footprint)
 
@@ -62,13 +62,11 @@ def stays_on(p: Polynomial, table: FloatArray) -> bool:
 
 
 @compiled
-def glimpsed(p: Polynomial, own: Footprint) -> float:
-    """A parameter at which a curve is in a footprint, if a quick look finds one; else 2."""
-    for k in range(1, _LOOKS):
-        t = k / _LOOKS
-        x, z = arc_length.point_at(p, t)
-        if inside(own, x, z):
-            return t
+def glimpsed(looks: FloatArray, own: Footprint) -> float:
+    """A parameter at which a curve is in a footprint, if a quick look, (P, 2), finds one; else 2."""
+    for k in range(len(looks)):
+        if inside(own, looks[k, 0], looks[k, 1]):
+            return (k + 1) / (len(looks) + 1)
     return 2.0
 
 
@@ -85,24 +83,26 @@ def in_the_way(p: Polynomial, goal: int, own: Footprint, others: Structs[Footpri
     """
     least_x, most_x = hull(p[0], p[1], p[2], p[3], 0.0, 1.0)
     least_z, most_z = hull(p[4], p[5], p[6], p[7], 0.0, 1.0)
-    for k in range(-1, len(others)):
-        i = likely if k < 0 else k
-        if i in (goal, NOWHERE) or (k >= 0 and i == likely):
-            continue
-        other = others[i]
-        if (
-            other.x - other.reach_x <= most_x
-            and other.x + other.reach_x >= least_x
-            and other.z - other.reach_z <= most_z
-            and other.z + other.reach_z >= least_z
-        ):
-            # Quick: in it by now and never at the goal so far, whenever it came in.
-            t = glimpsed(p, other)
-            if t <= 1 and footprint_entry(p, 0.0, t, own) > t:
-                return i
-            t = footprint_entry(p, 0.0, 1.0, other)
-            if t <= 1 and footprint_entry(p, 0.0, t, own) > t:
-                return i
+    steps = _MORE_LOOKS if len(others) > _MANY else _LOOKS
+    looks = np.empty((steps - 1, 2))
+    for k in range(len(looks)):
+        looks[k, 0], looks[k, 1] = arc_length.point_at(p, (k + 1) / steps)
+    for closely in (False, True):  # most of what is in the way is seen at a glance
+        for k in range(-1, len(others)):
+            i = likely if k < 0 else k
+            if i in (goal, NOWHERE) or (k >= 0 and i == likely):
+                continue
+            other = others[i]
+            if (
+                other.x - other.reach_x <= most_x
+                and other.x + other.reach_x >= least_x
+                and other.z - other.reach_z <= most_z
+                and other.z + other.reach_z >= least_z
+            ):
+                # In it by now and never at the goal so far, whenever it came in.
+                t = footprint_entry(p, 0.0, 1.0, other) if closely else glimpsed(looks, other)
+                if t <= 1 and footprint_entry(p, 0.0, t, own) > t:
+                    return i
     return NOWHERE
 
 
@@ -165,8 +165,8 @@ def avoid_with(
 ) -> None:
     """`avoid` for one curve, (4, 2)."""
     bowed, own = np.empty((4, 2)), obstacles[2, goal]
+    left = right = NOWHERE
     for ask in range(len(obstacles)):
-        blocker = NOWHERE
         for bow in bows:
             for i in range(4):
                 bowed[i, 0], bowed[i, 1] = curve[i, 0], curve[i, 1]
@@ -176,8 +176,10 @@ def avoid_with(
             p = arc_length.polynomial(bowed)
             if ask < 2 and not stays_on(p, table):
                 continue
-            # What was in the way of the last is most likely in the way of the next.
-            blocker = in_the_way(p, goal, own, obstacles[ask], blocker)  # type: ignore[arg-type]  # a row
+            # What was in the way of the last on this side is most likely in the way of the next.
+            likely = right if bow > 0 else left
+            blocker = in_the_way(p, goal, own, obstacles[ask], likely)  # type: ignore[arg-type]  # a row
+            left, right = blocker if bow <= 0 else left, blocker if bow >= 0 else right
             if blocker == NOWHERE:
                 for i in range(4):
                     curve[i, 0], curve[i, 1] = bowed[i, 0], bowed[i, 1]
