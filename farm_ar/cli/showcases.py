@@ -9,7 +9,7 @@ import typer
 
 from farm_ar.cli.options import Results, Seed, whole
 
-SHOWCASES = {"delivery": 200, "storytelling": 200, "live": 60, "characters": 100, "shadows": 1}
+SHOWCASES = {"delivery": 200, "storytelling": 200, "live": 60, "characters": 100, "shadows": 1, "doubt": 100}
 """Their names, and the layouts that each tries by default."""
 
 
@@ -34,6 +34,7 @@ def showcase(
     live: the game looks while the hand moves things, and does not pause.
     characters: a gate that lets animals out, stairs without which they move, seen in the picture.
     shadows: virtual things and their shadows, before and after a building is moved.
+    doubt: wrong poses from pixels that lead to wrong labels, and the confidence in these.
     """
     from farm_ar.cli.options import make_folder
     from farm_ar.cli.output import print_line, print_table, progress

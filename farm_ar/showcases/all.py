@@ -8,6 +8,7 @@ from pathlib import Path
 from farm_ar.errors import known_name
 from farm_ar.showcases.characters import show_characters
 from farm_ar.showcases.delivery import film_delivery, show_deliveries
+from farm_ar.showcases.doubt import show_doubt
 from farm_ar.showcases.live import show_live
 from farm_ar.showcases.shadows import show_shadows
 from farm_ar.showcases.showing import Report, Shown
@@ -43,6 +44,7 @@ _SHOWS: dict[str, Show] = {
     "live": show_live,
     "characters": show_characters,
     "shadows": show_shadows,
+    "doubt": show_doubt,
 }
 
 
