@@ -43,10 +43,14 @@ class PoseEstimates(Record):
 
     def __post_init__(self) -> None:
         names = ("covariance", "visible", "runner_up_yaw", "runner_up_weight")
-        checked = Uncertainty(*(getattr(self, name) for name in names))
+        try:
+            checked = Uncertainty(*(getattr(self, name) for name in names))
+        except SnapshotError as problem:
+            field = problem.field.replace("uncertainty.", "estimates.")
+            raise SnapshotError(field, problem.expected, problem.got) from None
         if len(checked) != len(self.detections):
-            expected = f"must be {len(self.detections)}, one for each detection"
-            raise SnapshotError("uncertainty.visible", expected, len(checked))
+            expected = f"must have shape {(len(self.detections),)}"
+            raise SnapshotError("estimates.visible", expected, checked.visible.shape)
         for name in names:
             object.__setattr__(self, name, getattr(checked, name))
 
