@@ -47,8 +47,18 @@ class SessionError(InputError):
     """A session's file that cannot be used, or a step that a session cannot take."""
 
 
+class _Nothing:
+    def __repr__(self) -> str:
+        return "nothing"
+
+
 class OptionError(InputError):
-    """An option with a value outside what it allows."""
+    """An option with a value outside what it allows; None is an option that was not given."""
+
+    def __str__(self) -> str:
+        if self.got is not None:
+            return super().__str__()
+        return str(InputError(self.field, self.expected, _Nothing(), self.source))
 
 
 class UnfinishedError(RuntimeError):

@@ -22,6 +22,11 @@ def test_an_error_without_a_source_begins_with_the_field():
     )
 
 
+def test_an_option_that_was_not_given_is_nothing_and_a_null_in_a_file_is_none():
+    assert str(OptionError("--map", "must be given", None)) == "--map: must be given, got nothing"
+    assert str(SceneError("y", "must be a number", None)) == "y: must be a number, got None"
+
+
 def test_a_value_with_line_breaks_stays_on_one_line():
     assert "\n" not in str(InputError("name", "must be short", "a\nb"))
 

@@ -131,6 +131,8 @@ def play(
     make_folder("--out", out)
     if save is not None:
         check_file("--save", save)
+    if not terminal and save is None and not _at_a_terminal():
+        typer.echo("The moves come from the input, which is no terminal, so there is no page", err=True)
     _print_help()
     moment = _show(draft, make_reid, out)
     _take_lines(draft, make_reid, moment, out)

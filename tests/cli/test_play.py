@@ -84,6 +84,13 @@ def test_on_a_terminal_it_asks_for_each_line(play, monkeypatch):
     assert "visit 1> " in play(["end"]).output
 
 
+def test_without_a_terminal_it_says_why_there_is_no_page_unless_none_was_asked_for(play):
+    assert (
+        play(["end"]).stderr == "The moves come from the input, which is no terminal, so there is no page\n"
+    )
+    assert play(["end"], "--terminal").stderr == ""
+
+
 def test_a_scene_without_a_shed_is_one_line_and_exit_code_2(play):
     result = play([], "--scene", "L1", "--gaze", "sweep")
     assert result.exit_code == 2
