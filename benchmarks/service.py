@@ -160,7 +160,7 @@ def at_once(port: int, sessions: int, each: int) -> None:
 
 
 def memory(port: int, process: int, minutes: float) -> None:
-    """Print how the memory grows while one session is asked, confirmed and undone again and again."""
+    """Print how the memory grows while a session is asked, confirmed, undone, and begun anew."""
     scene, rng, line = place(29), np.random.default_rng(2), Line(port)
     layout = json.dumps({**scene_to_dict(scene), "frame": "unity", "method": "spatial"}).encode()
     line.ask("PUT", "/v1/sessions/long/layout", layout)
@@ -171,18 +171,24 @@ def memory(port: int, process: int, minutes: float) -> None:
         body = json.dumps({**snapshot_to_dict(seen(scene, 8, rng)), "frame": "unity"}).encode()
         reply = json.loads(line.ask("POST", "/v1/sessions/long/snapshots", body))
         asked += 1
-        if asked % 10 == 0:
+        if asked % 5 == 0:
             decided = json.dumps({"revision": revision, "snapshot": reply["snapshot"]}).encode()
             line.ask("POST", "/v1/sessions/long/confirm", decided)
-            line.ask("POST", "/v1/sessions/long/undo", json.dumps({"revision": revision + 1}).encode())
-            revision += 2
+            revision += 1
+        if asked % 50 == 0:
+            line.ask("POST", "/v1/sessions/long/undo", json.dumps({"revision": revision}).encode())
+            revision += 1
+        if asked % 1000 == 0:
+            line.ask("DELETE", "/v1/sessions/long")
+            revision = json.loads(line.ask("PUT", "/v1/sessions/long/layout", layout))["revision"]
         if time.monotonic() > next_look:
             next_look = time.monotonic() + 1
             resident = next(row for row in status.read_text().splitlines() if row.startswith("VmRSS"))
             sizes.append(int(resident.split()[1]) / 1024)
     third = max(len(sizes) // 3, 1)
-    middle, last = statistics.median(sizes[third : 2 * third]), statistics.median(sizes[-third:])
-    print(f"{minutes:g} minutes, {asked} snapshots: {middle:.1f} MiB in the middle third, then {last:.1f}")
+    parts = [statistics.median(sizes[k * third : (k + 1) * third]) for k in range(3)]
+    shown = ", ".join(f"{one:.1f}" for one in parts)
+    print(f"{minutes:g} minutes, {asked} snapshots, revision {revision}: {shown} MiB in each third")
 
 
 def main() -> None:

@@ -13,12 +13,45 @@ from farm_ar.service.network import Certificate
 from farm_ar.service.refusals import missing_package
 
 try:
+    import h11
     import uvicorn
+    from uvicorn.protocols.http.h11_impl import H11Protocol
 except ImportError:
     raise missing_package("uvicorn") from None
 
 PATIENCE_S = 3
 """How long requests that are under way are waited for at the end."""
+
+
+HEAD_S = 10.0
+"""How long the head of a request may take to arrive; a body has a limit of its own."""
+
+
+class _Protocol(H11Protocol):
+    """HTTP that ends connections on which no whole head comes."""
+
+    _patience: asyncio.TimerHandle | None = None
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        super().connection_made(transport)
+        self._wait()
+
+    def data_received(self, data: bytes) -> None:
+        super().data_received(data)
+        self._wait()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        if self._patience is not None:
+            self._patience.cancel()
+        super().connection_lost(exc)
+
+    def _wait(self) -> None:
+        if self.conn.their_state is not h11.IDLE:
+            if self._patience is not None:
+                self._patience.cancel()
+            self._patience = None
+        elif self._patience is None:
+            self._patience = self.loop.call_later(HEAD_S, self.transport.close)
 
 
 class _Server(uvicorn.Server):
@@ -55,7 +88,7 @@ def run(app: Any, at: socket.socket, ready: Callable[[], None], tls: Certificate
 
 
 def config_of(app: Any, tls: Certificate | None = None) -> uvicorn.Config:
-    """How an application is served.
+    """How an application is served; with a certificate, by HTTPS.
 
     Messages are not compressed: each listener would have them compressed anew, though all get the same.
     """
@@ -65,6 +98,7 @@ def config_of(app: Any, tls: Certificate | None = None) -> uvicorn.Config:
         access_log=False,
         server_header=False,
         date_header=False,
+        http=_Protocol,
         ws="websockets-sansio",
         ws_max_size=2**16,
         ws_per_message_deflate=False,

@@ -6,8 +6,7 @@ import json
 import os
 import sqlite3
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,9 @@ SCHEMA = (
     "create table if not exists sessions (name text primary key, revision integer, row text)",
     "create table if not exists ended (name text primary key, revision integer)",
 )
+
+LOG_PAGES = 8
+"""So long may the log of changes become, in pages, before they are put into their places."""
 
 REMEMBERED = 10_000
 """Names of sessions that were deleted; of those before them the greatest revision is known, under no name."""
@@ -47,6 +49,7 @@ class Store:
             self._base.execute("pragma locking_mode = exclusive")  # one service at a time
             self._base.execute("pragma journal_mode = wal")
             self._base.execute("pragma synchronous = full")
+            self._base.execute(f"pragma wal_autocheckpoint = {LOG_PAGES}")
             self._base.execute("begin exclusive")
             for table in SCHEMA:
                 self._base.execute(table)
@@ -74,8 +77,8 @@ class Store:
             RefusedError: there is no room for it; what was there stays.
         """
         text = json.dumps(row, allow_nan=False, separators=(",", ":"))
-        with self._changing() as base:
-            base.execute("insert or replace into sessions values (?, ?, ?)", (name, row["revision"], text))
+        values = name, row["revision"], text
+        self._change(lambda base: base.execute("insert or replace into sessions values (?, ?, ?)", values))
 
     def delete(self, name: str, revision: int) -> None:
         """Forget a session but for its revision, on which the next one of its name goes on.
@@ -83,7 +86,8 @@ class Store:
         Raises:
             RefusedError: there is no room for that; the session stays.
         """
-        with self._changing() as base:
+
+        def do(base: sqlite3.Connection) -> None:
             base.execute("delete from sessions where name = ?", (name,))
             base.execute("delete from ended where name = ?", (name,))  # so that it is the youngest
             base.execute("insert into ended values (?, ?)", (name, revision))
@@ -94,6 +98,8 @@ class Store:
                 (most,) = base.execute(f"select max(revision) {few}", old).fetchone()
                 base.execute(f"delete {few}", old)
                 base.execute("insert into ended values ('', ?)", (most,))
+
+        self._change(do)
 
     def ended(self, name: str) -> int:
         """The revision from which a session that is not there goes on, were it begun; 0 for a new one."""
@@ -108,8 +114,7 @@ class Store:
         with self._lock:
             self._base.close()
 
-    @contextmanager
-    def _changing(self) -> Iterator[sqlite3.Connection]:
+    def _change(self, do: Callable[[sqlite3.Connection], object]) -> None:
         """One transaction, which takes place whole or not at all.
 
         Raises:
@@ -117,13 +122,21 @@ class Store:
         """
         with self._lock:
             try:
-                self._base.execute("begin immediate")
-                yield self._base
-                self._base.execute("commit")
-            except BaseException as problem:
-                if self._base.in_transaction:
-                    self._base.execute("rollback")
-                if not isinstance(problem, sqlite3.OperationalError):
-                    raise
+                try:
+                    self._try(do)
+                except sqlite3.OperationalError:  # what is outdated in the log may be all that fills the disk
+                    self._base.execute("pragma wal_checkpoint(truncate)").fetchall()
+                    self._try(do)
+            except sqlite3.OperationalError as problem:
                 expected = "must have room to be written"
                 raise RefusedError(DISK_FULL, "state", expected, str(problem)) from None
+
+    def _try(self, do: Callable[[sqlite3.Connection], object]) -> None:
+        try:
+            self._base.execute("begin immediate")
+            do(self._base)
+            self._base.execute("commit")
+        except BaseException:
+            if self._base.in_transaction:
+                self._base.execute("rollback")
+            raise

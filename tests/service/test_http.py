@@ -168,6 +168,31 @@ def test_half_a_body_and_a_slow_one_hold_nobody_up(guarded: Live) -> None:
     assert results[0].startswith(b"HTTP/1.1 408")
 
 
+def test_a_head_that_does_not_come_ends_the_connection(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else whoever opens connections and says nothing takes all that the system has."""
+    monkeypatch.setattr("farm_ar.service.running.HEAD_S", 0.5)
+    whole = b"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
+    for one in live():
+        place = urlsplit(one.url)
+        silent = [socket.create_connection((place.hostname, place.port), timeout=20) for _ in range(20)]
+        for line in silent[10:]:
+            line.sendall(whole)
+            assert line.recv(65536).startswith(b"HTTP/1.1 200")
+        for part in (whole[:-2], b"X-More: 1\r\n", b"X-More: 2\r\n"):
+            for line in silent[5:]:
+                line.sendall(part)
+            time.sleep(0.1)
+        begun = time.monotonic()
+        for line in silent:
+            assert line.recv(65536) == b""
+            line.close()
+        assert time.monotonic() - begun < 5
+        with one.client() as client:  # and one who takes his time between two requests is not hurried
+            assert client.get("/healthz").status_code == 200
+            time.sleep(1.0)
+            assert client.get("/healthz").status_code == 200
+
+
 def test_who_asks_too_much_at_once_is_told_to_come_again() -> None:
     limits = ServiceLimits(most_waiting=2)
     for one in live(limits):

@@ -2,6 +2,7 @@
 
 import json
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -18,6 +19,7 @@ from hypothesis import strategies as st
 from schemathesis import GenerationMode
 
 from farm_ar.service.limits import ServiceLimits
+from farm_ar.service.refusals import RefusedError
 from farm_ar.service.service import Service
 from farm_ar.service.store import Store
 from tests.service.conftest import Live, lab, layout_body, live, seen_in, served_anew, snapshot_body
@@ -173,6 +175,29 @@ def test_on_a_full_disk_nothing_is_changed_and_it_is_said(tmp_path: Path) -> Non
     store.close()
     again = served_anew(tmp_path / "sessions.sqlite")
     assert again.state()["revision"] == before["revision"] + 1
+
+
+def test_what_is_outdated_does_not_fill_a_small_disk(tmp_path: Path) -> None:
+    """A limit of the system on any file stands for the disk: the log of changes must not grow over it."""
+    before, usual = resource.getrlimit(resource.RLIMIT_FSIZE), signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    store = Store(tmp_path / "sessions.sqlite")
+    try:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (150_000, before[1]))
+        for revision in range(1, 101):
+            store.write("room", {"revision": revision, "more": "x" * 20_000})
+        with pytest.raises(RefusedError, match="must have room to be written"):
+            store.write("room", {"revision": 101, "more": "x" * 200_000})
+        store.write("room", {"revision": 102, "more": ""})
+        store.delete("room", 102)
+        store.write("room", {"revision": 103, "more": "x" * 20_000})
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        signal.signal(signal.SIGXFSZ, usual)
+    store.close()
+    again = Store(tmp_path / "sessions.sqlite")
+    assert again.read("room") == {"revision": 103, "more": "x" * 20_000}
+    assert again.ended("room") == 102
+    again.close()
 
 
 KILLED = """
