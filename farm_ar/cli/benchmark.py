@@ -7,7 +7,19 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from farm_ar.cli.options import REID_HELP, AsJson, Fresh, Results, Workers, number, whole
+from farm_ar.cli.options import (
+    OWN_CLUSTER,
+    REID_HELP,
+    Address,
+    AsJson,
+    Fresh,
+    Results,
+    Where,
+    Workers,
+    executor_of,
+    number,
+    whole,
+)
 
 if TYPE_CHECKING:
     from farm_ar.benchmark.results import Results as Measured
@@ -43,6 +55,8 @@ def benchmark(
     ] = None,
     out: Results = Path("out/benchmark"),
     workers: Workers = 1,
+    executor: Where = None,
+    address: Address = OWN_CLUSTER,
     time_limit: Annotated[
         float | None,
         typer.Option(
@@ -65,7 +79,6 @@ def benchmark(
     from farm_ar.cli.inputs import refuse
     from farm_ar.cli.options import make_folder
     from farm_ar.cli.output import print_line
-    from farm_ar.sweeps import make_executor
     from farm_ar.sweeps.progress import shown
 
     chosen = None if rows is None else tuple(rows.split(","))
@@ -81,9 +94,9 @@ def benchmark(
     check_methods(asked)
     make_folder("--out", out)
     request = Request(asked, quick, chosen, data, tuple(scored or ()), fresh)
-    kind = "serial" if workers == 1 and time_limit is None else "process"
-    with make_executor(kind, workers, time_limit) as executor, shown(Console(stderr=True)) as watch:
-        results = run_benchmark(request, out / "benchmark.sqlite", executor, watch)
+    units = executor_of(executor, workers, address, time_limit)
+    with units, shown(Console(stderr=True)) as watch:
+        results = run_benchmark(request, out / "benchmark.sqlite", units, watch)
     _show(results, out, as_json)
 
 

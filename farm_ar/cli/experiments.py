@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from farm_ar.cli.options import AsJson, Fresh, Results, Seed, whole
+from farm_ar.cli.options import OWN_CLUSTER, Address, AsJson, Fresh, Results, Seed, Where, executor_of, whole
 
 if TYPE_CHECKING:
     from farm_ar.sweeps import Store
@@ -55,6 +54,8 @@ def reproduce(
             metavar="N", parser=whole(1, 1000), help="Processes that share the work; one per core by default."
         ),
     ] = None,
+    executor: Where = None,
+    address: Address = OWN_CLUSTER,
     seed: Seed = 0,
     quick: Annotated[bool, typer.Option("--quick", help="A smaller version, in under two minutes.")] = False,
     fresh: Fresh = False,
@@ -83,13 +84,8 @@ def reproduce(
         return
     setting = setting_of(what, scenes=scenes, layouts=layouts, seed=seed, quick=quick, fresh=fresh, reid=reid)
     make_folder("--out", out)
-    run(
-        what=what,
-        setting=setting,
-        out=out,
-        workers=os.cpu_count() or 2 if workers is None else workers,
-        console=console(),
-    )
+    with executor_of(executor, workers, address) as units:
+        run(what=what, setting=setting, out=out, console=console(), executor=units)
 
 
 app = typer.Typer(no_args_is_help=True, help="Inspect the store of a sweep.")

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from farm_ar.arrays import number_in, whole_in
 from farm_ar.errors import OptionError
+
+if TYPE_CHECKING:
+    from farm_ar.sweeps import ProcessExecutor, RayExecutor, SerialExecutor
 
 DEFAULT_REID = "adaptive"
 """The method of `farm-ar identify`: the one that is right most often on the benchmark."""
@@ -80,6 +84,48 @@ Workers = Annotated[
     int,
     typer.Option(metavar="N", parser=whole(1, 1000), help="Processes; the results do not depend on it."),
 ]
+
+Where = Annotated[
+    str | None,
+    typer.Option(
+        "--executor", metavar="NAME", help="serial, process, or ray: a cluster; by --workers if left out."
+    ),
+]
+
+Address = Annotated[
+    str,
+    typer.Option(
+        metavar="HOST:PORT", help="Of the cluster's head, with --executor ray; by default this machine's own."
+    ),
+]
+OWN_CLUSTER = "auto"
+
+
+def executor_of(
+    name: str | None, workers: int | None, address: str, time_limit: float | None = None
+) -> SerialExecutor | ProcessExecutor | RayExecutor:
+    """The executor that a command was asked for.
+
+    Args:
+        name: of the executor; None for the one that suits the workers.
+        workers: how many processes; None for one a core.
+        address: of the cluster.
+        time_limit: seconds for a unit.
+
+    Raises:
+        OptionError: the options do not go together, or no cluster answers.
+        MissingPackageError: Ray is not installed.
+    """
+    from farm_ar.sweeps import make_executor
+
+    if name is None:
+        name = "serial" if workers == 1 and time_limit is None else "process"
+    if name != "ray" and address != OWN_CLUSTER:
+        raise OptionError("--address", "must be left out without --executor ray", address)
+    if name != "process" and (workers or 1) > 1:
+        expected = f"must be left out with --executor {name}"
+        raise OptionError("--workers", expected, workers)
+    return make_executor(name, workers or os.cpu_count() or 2, time_limit, address)
 
 
 @contextmanager

@@ -7,7 +7,19 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from farm_ar.cli.options import REID_HELP, Plot, Seed, Trust, Workers, number, whole
+from farm_ar.cli.options import (
+    OWN_CLUSTER,
+    REID_HELP,
+    Address,
+    Plot,
+    Seed,
+    Trust,
+    Where,
+    Workers,
+    executor_of,
+    number,
+    whole,
+)
 
 if TYPE_CHECKING:
     from farm_ar.agents.design import Design
@@ -76,6 +88,8 @@ def stress(
     ] = "default",
     seed: Seed = 0,
     workers: Workers = 1,
+    executor: Where = None,
+    address: Address = OWN_CLUSTER,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Where the report goes.")] = Path("out/stress"),
     fail_under: Annotated[
         float | None,
@@ -97,7 +111,6 @@ def stress(
     from farm_ar.cli.options import make_folder, writing
     from farm_ar.cli.output import print_line, saying
     from farm_ar.envs.generator import scene_of
-    from farm_ar.sweeps import make_executor
     from farm_ar.sweeps.progress import shown
 
     options = StressOptions(
@@ -111,9 +124,8 @@ def stress(
         seed=seed,
     )
     make_folder("--out", out)
-    executor = make_executor("process" if workers != 1 else "serial", workers)
-    with executor, shown(Console(stderr=True)) as watch:
-        study = run_stress(options, out / "stress.sqlite", executor, watch)
+    with executor_of(executor, workers, address) as units, shown(Console(stderr=True)) as watch:
+        study = run_stress(options, out / "stress.sqlite", units, watch)
     room = scene_of(scene, game=False)
     with saying("Drawing what failed, and writing the report"), writing("--out", out):
         summary = summarise(study, room.layout.labels)

@@ -9,12 +9,26 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from farm_ar.cli.options import AsJson, EnvironmentArguments, Seed, Trust, Which, whole
+from farm_ar.cli.options import (
+    OWN_CLUSTER,
+    Address,
+    AsJson,
+    EnvironmentArguments,
+    Seed,
+    Trust,
+    Where,
+    Which,
+    Workers,
+    executor_of,
+    whole,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from farm_ar.agents.training.evaluation import Comparison
+    from farm_ar.agents.training.run_folder import Run
+    from farm_ar.sweeps import Executor
 
 GOING_ON = ("run", "resume", "steps", "progress", "trust")
 """The options that a run that goes on may be given; the others are its own already."""
@@ -63,6 +77,13 @@ def train(
     processes: Annotated[
         bool, typer.Option("--processes", help="A process for each environment, in place of one for all.")
     ] = False,
+    seeds: Annotated[
+        int | None,
+        typer.Option(metavar="N", parser=whole(1, 1000), help="Train N seeds from --seed on, in RUN/seed-N."),
+    ] = None,
+    workers: Workers = 1,
+    executor: Where = None,
+    address: Address = OWN_CLUSTER,
     resume: Annotated[
         bool,
         typer.Option(
@@ -98,18 +119,41 @@ def train(
     if resume:
         refuse_others(context)
         require_trust(str(run), code_of(str(run), "last"), trust)
+    if seeds is None and (workers, executor, address) != (1, None, OWN_CLUSTER):
+        raise OptionError("--seeds", "must be given with --workers, --executor and --address", None)
     with arguments(arg) as given:
         known = load_recipe(algo, env, recipe).with_arguments(given, steps, imitate, rehearse)
         asked = Run(algo, env, seed, known, threads, processes, eval_every, eval_episodes)
         if not resume:
             check(asked)  # before a folder is made
     make_folder("RUN", run)
+    if seeds is not None:
+        with executor_of(executor, workers, address) as units:
+            train_beside(asked, range(seed, seed + seeds), run, units)
+        return
     try:
         model = learn(asked, run, resume, progress, steps, trust)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(f"Go on with: farm-ar train {shlex.quote(str(run))} --resume") from None
     which = "" if RunFolder(run).kept(BEST) else " --which last"
     print_line(f"{model.num_timesteps} steps are done. Look at it: farm-ar watch {run}{which}")
+
+
+def train_beside(run: Run, seeds: range, home: Path, units: Executor) -> None:
+    """Train several seeds beside each other, and say where they are.
+
+    Raises:
+        UnfinishedSweepError: one gave no result; the same command tries it again.
+    """
+    from rich.console import Console
+
+    from farm_ar.agents.training.seeds import train_seeds
+    from farm_ar.cli.output import print_line
+    from farm_ar.sweeps.progress import shown
+
+    with shown(Console(stderr=True)) as watch:
+        folders = train_seeds(run, seeds, home, units, watch)
+    print_line(f"{len(folders)} runs are done. Compare them: farm-ar plot {' '.join(map(str, folders))}")
 
 
 def refuse_others(context: typer.Context) -> None:

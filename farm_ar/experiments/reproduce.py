@@ -27,7 +27,7 @@ from farm_ar.experiments.shelves import shelf_experiment
 from farm_ar.reid import load_reid
 from farm_ar.scenes import builtin_scene
 from farm_ar.scenes.files import write_text
-from farm_ar.sweeps import Store, UnfinishedSweepError, make_executor
+from farm_ar.sweeps import Executor, Store, UnfinishedSweepError, make_executor
 from farm_ar.sweeps.progress import shown
 
 EXPERIMENTS: dict[str, Callable[[Setting], Report]] = {
@@ -104,6 +104,7 @@ def reproduce(
     out: Path = Path("out"),
     workers: int = 2,
     console: Console | None = None,
+    executor: Executor | None = None,
 ) -> list[Report]:
     """Run one of the paper's experiments or all, and write their files and `summary.md`.
 
@@ -115,6 +116,7 @@ def reproduce(
         out: folder for the files; made if need be.
         workers: processes that share the work, or 1 to do it in this one; the results do not depend on it.
         console: where progress and the summary are shown.
+        executor: where the work is done, in place of processes; it stays open.
 
     Raises:
         OptionError: there is no such experiment, or the number of workers is out of its limits.
@@ -125,12 +127,12 @@ def reproduce(
     names = all_names if what == "all" else [known_name("what", experiment_of(what), EXPERIMENTS)]
     setting = setting or setting_of(what)
     console = console or Console(markup=False, highlight=False)
-    executor = make_executor("process" if workers != 1 else "serial", workers)
+    own = make_executor("process" if workers != 1 else "serial", workers)
     begin = time.perf_counter()
     out.mkdir(parents=True, exist_ok=True)
     reports, unfinished = [], []
-    with Store(out / STORE) as store, executor, shown(console) as watch:
-        setting = replace(setting, store=store, executor=executor, watch=watch)
+    with Store(out / STORE) as store, own, shown(console) as watch:
+        setting = replace(setting, store=store, executor=executor or own, watch=watch)
         for name in names:
             try:
                 reports.append(EXPERIMENTS[name](setting))

@@ -4,6 +4,7 @@ from farm_ar.sweeps.errors import StoreError, UnfinishedSweepError
 from farm_ar.sweeps.executors import EXECUTORS, make_executor
 from farm_ar.sweeps.executors.base import Executor, SerialExecutor
 from farm_ar.sweeps.executors.process import ProcessExecutor
+from farm_ar.sweeps.executors.ray import RayExecutor
 from farm_ar.sweeps.results import Failure, Results
 from farm_ar.sweeps.run import Standing, Watcher, run_sweep
 from farm_ar.sweeps.store import Store
@@ -15,6 +16,7 @@ __all__ = [
     "Failure",
     "Outcome",
     "ProcessExecutor",
+    "RayExecutor",
     "Results",
     "Row",
     "SerialExecutor",

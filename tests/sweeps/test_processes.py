@@ -234,7 +234,7 @@ def state_of(pid):
         ({"time_limit": 0}, "time_limit: must be a positive number of seconds, got 0"),
         ({"time_limit": "1"}, "time_limit: must be a positive number of seconds, got '1'"),
         ({"name": "serial", "time_limit": 1.0}, "time_limit: must be None with the executor serial"),
-        ({"name": "cloud"}, "executor: must be one of process, serial, got 'cloud'"),
+        ({"name": "cloud"}, "executor: must be one of process, ray, serial, got 'cloud'"),
     ],
 )
 def test_executors_that_cannot_be_are_refused(options, message):

@@ -44,7 +44,7 @@ class ProcessExecutor(Stoppable):
 
     def __init__(self, workers: int = 2, time_limit: float | None = None) -> None:
         self._number = _checked_number(workers)
-        self._time_limit = _checked_limit(time_limit)
+        self._time_limit = checked_limit(time_limit)
         self._workers: list[_Worker] = []
         self._waiting: deque[Unit] = deque()
         self._mean_seconds: float | None = None
@@ -153,7 +153,12 @@ def _checked_number(workers: int) -> int:
     return int(workers)
 
 
-def _checked_limit(seconds: float | None) -> float | None:
+def checked_limit(seconds: float | None) -> float | None:
+    """A time limit, seconds; None for none.
+
+    Raises:
+        OptionError: it is not a positive number.
+    """
     if seconds is not None and (not isinstance(seconds, Real) or not seconds > 0):
         raise OptionError("time_limit", "must be a positive number of seconds", seconds)
     return None if seconds is None else float(seconds)
@@ -236,14 +241,14 @@ def _work(pipe: Connection) -> None:
         unit = unpack_unit(pipe.recv_bytes())
         problem = None
         if (unit.function, unit.version) not in ready:
-            problem = _prepare(unit)
+            problem = prepare(unit)
             if problem is None:
                 ready.add((unit.function, unit.version))
                 pipe.send_bytes(BEGUN)
         pipe.send_bytes(pack_attempt(problem or attempt(unit)))
 
 
-def _prepare(unit: Unit) -> Attempt | None:
+def prepare(unit: Unit) -> Attempt | None:
     """Load a unit's function; what went wrong, if anything did."""
     try:
         check_version(unit)

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import sys
 import time
 from pathlib import Path
 
@@ -100,3 +101,17 @@ def run_and_tell(file):
     """A parent of a worker that is at work."""
     with ProcessExecutor(1) as executor:
         run_sweep(Sweep("sleeps", sleeps_once, grid(file=[str(file)])), executor=executor)
+
+
+def where(seed, x):
+    """A row, and on which machine of a cluster it was made."""
+    time.sleep(0.02)
+    node = sys.modules["ray"].get_runtime_context().get_node_id() if "ray" in sys.modules else ""
+    return Outcome([double(seed, x) | {"third": x / 3}], measured=[{"node": node}])
+
+
+def endless(seed, how):
+    """Never ends; "compute": in compiled code, which holds Python's lock."""
+    if how == "sleep":
+        time.sleep(60)
+    return {"sum": sum(range(10**12))}
