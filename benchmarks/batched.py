@@ -3,7 +3,8 @@
     python benchmarks/batched.py [--count 1024] [--seconds 2]
 
 Actions are random. Kernels are compiled and environments played before time is taken. Single ones are
-played as they come (`carry="drag"`, today's default) and with the options of the batch.
+played as they come (`carry="drag"`, the default) and with the options of the batch. Rates are by the clock
+and by processor time, which other programs disturb less: of several threads, that of each.
 """
 
 import argparse
@@ -27,7 +28,7 @@ CASES = {
 
 
 def single_rate(env_id, seconds, options):
-    """Steps a second of one environment, resets included."""
+    """Steps a second of one environment, resets included: by the clock, by processor time."""
     env = gym.make(env_id, **options).unwrapped
     env.reset(seed=0)
     env.action_space.seed(0)
@@ -43,12 +44,13 @@ def single_rate(env_id, seconds, options):
         return steps
 
     play(time.perf_counter() + 1.0)
-    begin = time.perf_counter()
-    return play(begin + seconds) / (time.perf_counter() - begin)
+    begin, used = time.perf_counter(), time.process_time()
+    steps = play(begin + seconds)
+    return steps / (time.perf_counter() - begin), steps / (time.process_time() - used)
 
 
 def batch_rate(env_id, seconds, options, count, threads):
-    """Steps a second of a batch, which begin anew within the step."""
+    """The same of a batch on some threads; episodes begin anew within the step."""
     kwargs = gym.spec(env_id).kwargs | options
     envs = BatchedVectorEnv(count, "SameStep", threads, **kwargs)
     envs.reset(seed=0)
@@ -56,13 +58,13 @@ def batch_rate(env_id, seconds, options, count, threads):
     actions = [envs.action_space.sample() for _ in range(8)]
     for k in range(8):
         envs.step(actions[k])
-    steps, begin = 0, time.perf_counter()
+    steps, begin, used = 0, time.perf_counter(), time.process_time()
     while time.perf_counter() < begin + seconds:
         envs.step(actions[steps % 8])
         steps += 1
-    rate = steps * count / (time.perf_counter() - begin)
+    steps, passed, used = steps * count, time.perf_counter() - begin, time.process_time() - used
     envs.close()
-    return rate
+    return steps / passed, threads * steps / used
 
 
 def memory(env_id, options):
@@ -82,15 +84,23 @@ if __name__ == "__main__":
     parser.add_argument("--seconds", type=float, default=2.0)
     chosen = parser.parse_args()
     cores = len(os.sched_getaffinity(0))
-    print(f"{chosen.count} environments, {cores} cores, load {np.round(os.getloadavg(), 1).tolist()}")
-    print(f"{'':32}{'single':>9}{'lifting':>9}{'1 thread':>10}{f'{cores} threads':>11}{'ratio':>7}")
-    for case, (env_id, options, more) in CASES.items():
-        today = single_rate(env_id, chosen.seconds, options)
-        lifting = single_rate(env_id, chosen.seconds, options | more)
-        one, all_cores = (
-            batch_rate(env_id, chosen.seconds, options | more, chosen.count, threads)
-            for threads in (1, cores)
-        )
-        print(f"{case:32}{today:9.0f}{lifting:9.0f}{one:10.0f}{all_cores:11.0f}{all_cores / today:7.1f}")
     print(f"4096 FarmToTable-v0: {memory('FarmToTable-v0', {'carry': 'lift'}):.0f} MB")
+    print(f"{chosen.count} environments, {cores} cores, load {np.round(os.getloadavg(), 1).tolist()}")
+    print(
+        f"{'steps/s by the clock (by processor time)':42}{'single':>16}{'lifting':>16}{'1 thread':>18}",
+        end="",
+    )
+    print(f"{f'{cores} threads':>18}{'ratio':>13}")
+    for case, (env_id, options, more) in CASES.items():
+        rates = [
+            single_rate(env_id, chosen.seconds, options),
+            single_rate(env_id, chosen.seconds, options | more),
+            batch_rate(env_id, chosen.seconds, options | more, chosen.count, 1),
+            batch_rate(env_id, chosen.seconds, options | more, chosen.count, cores),
+        ]
+        print(f"{case:42}", end="")
+        for (clock, processor), width in zip(rates, (16, 16, 18, 18), strict=True):
+            print(f"{f'{clock:.0f} ({processor:.0f})':>{width}}", end="")
+        clock, processor = (rates[3][k] / rates[0][k] for k in range(2))
+        print(f"{f'{clock:.0f} ({processor:.0f})':>13}", flush=True)
     print(f"load {np.round(os.getloadavg(), 1).tolist()}")
