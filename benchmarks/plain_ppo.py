@@ -2,6 +2,7 @@
 
     python benchmarks/plain_ppo.py                       # all ids, 300 thousand steps, five seeds: hours
     python benchmarks/plain_ppo.py --ids SceneLayout-v0 --steps 30000 --seeds 1
+    python benchmarks/plain_ppo.py --density 12000       # how often random steps are paid, and nothing else
     farm-ar plot out/plain-ppo/SceneLayout-v0/* --out out/curves.svg
 
 An id is learnt with `reward="shaped"` (`--reward` names another), and scored as it is: the share of the
@@ -91,6 +92,23 @@ def learn(env_id: str, seed: int, asked: argparse.Namespace) -> float:
     return mean
 
 
+def density(env_id: str, reward: str, steps: int) -> tuple[float, float]:
+    """The shares of random steps that are paid anything beside the cost of effort, and that cost effort."""
+    arguments = {"reward": reward} | ({} if "Scene" in env_id else SCORED)
+    env = gym.make(f"farm_ar:{env_id}", **arguments)
+    env.action_space.seed(0)
+    env.reset(seed=0)
+    paid = moved = 0
+    for _ in range(steps):
+        *_, over, _, info = env.step(env.action_space.sample())
+        terms = {name: info[name] for name in info if name.startswith("reward/")}
+        moved += terms.pop("reward/effort") != 0
+        paid += any(abs(value) > 1e-9 for value in terms.values())
+        if over:
+            env.reset()
+    return paid / steps, moved / steps
+
+
 def main() -> None:
     """Train on each id with each seed, and print a table."""
     form = argparse.RawDescriptionHelpFormatter
@@ -103,9 +121,16 @@ def main() -> None:
     parser.add_argument("--batch", type=int, default=32, help="environments at a time; 0 for a single one")
     parser.add_argument("--evaluations", type=int, default=6)
     parser.add_argument("--episodes", type=int, default=100, help="of each evaluation")
+    parser.add_argument("--density", type=int, metavar="STEPS", help="say how often random steps are paid")
     parser.add_argument("--out", type=Path, default=Path("out/plain-ppo"))
     asked = parser.parse_args()
     torch.set_num_threads(1)
+    if asked.density:
+        for env_id in asked.ids:
+            for reward in ("identity", asked.reward):
+                paid, moved = density(env_id, reward, asked.density)
+                print(f"{env_id:32} {reward:10} paid {paid:.2%}, cost effort {moved:.2%}", flush=True)
+        return
     print(f"PPO's defaults, {asked.steps} steps, {asked.seeds} seeds, reward={asked.reward} in training")
     rows = []
     for env_id in asked.ids:

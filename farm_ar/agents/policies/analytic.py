@@ -40,8 +40,9 @@ def best_plan(env: FarmToTableEnv, beam: int) -> list[Step]:
     Raises:
         OptionError: the hand is steered.
     """
+    moves = moves_left(env)
     terms = terms_of(env.view.scene, str(env.config.action), env.config.effort_weight)
-    return plan_of(env, moves_left(env), terms, beam)
+    return plan_of(env, moves, terms, beam)
 
 
 def plan_of(env: FarmToTableEnv, moves: int, terms: Terms, beam: int) -> list[Step]:
