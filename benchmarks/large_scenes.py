@@ -12,11 +12,11 @@ from __future__ import annotations
 
 import argparse
 import os
-import resource
 import subprocess
 import sys
 import time
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -56,18 +56,24 @@ def snapshot_of(scene: Scene, rng: np.random.Generator) -> Snapshot:
     return Snapshot(Camera(camera, np.asarray(0.0)), seen)
 
 
+def resident() -> float:
+    """Memory of this process, MiB."""
+    lines = Path("/proc/self/status").read_text(encoding="ascii").splitlines()
+    return int(next(line for line in lines if line.startswith("VmRSS")).split()[1]) / 1024
+
+
 def measured(labels: int, snapshots: int = 50, compared: int = 0) -> list[str]:
     """A row of the table: times in processor time of one core, of a process of its own."""
     rng = np.random.default_rng(labels)
     small = SpatialReid(warehouse(1000, rng), SpatialOptions(certify=True))
     small.identify(snapshot_of(small.scene, rng))  # compiled before anything is timed
     scene = warehouse(labels, rng)
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    before = resident()
     begun = time.process_time()
     reid, plain = SpatialReid(scene, SpatialOptions(certify=True)), SpatialReid(scene)
     reid.identify(snapshot_of(scene, rng))  # the index is made when it is first needed
     index = time.process_time() - begun
-    grown = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024
+    grown = resident() - before
     times, equal, considered = [], 0, []
     for k in range(max(snapshots, compared)):
         one = snapshot_of(scene, rng)

@@ -132,7 +132,7 @@ def test_speeds_are_those_of_the_page():
     assert f"{lp_solve / 1000:.2f} ms" in result("one snapshot")[3]
     assert (
         result("many snapshots")[1].split()[0]
-        == f"{round(int(row('speed.md', '8 x 29')[2].replace(',', '')), -3):,}"
+        == f"{round(int(row('speed.md', '8 x 29', '`SpatialReid.identify_many`')[2].replace(',', '')), -3):,}"
     )
 
 
