@@ -71,7 +71,10 @@ def test_a_section_of_its_own_goes_before_the_default(written):
     ("text", "message"),
     [
         ("FarmToTable-v0: {n_epoch: 3}", "mine.yml: FarmToTable-v0: n_epoch: must be one of"),
-        ("FarmToTable-v0: {policy: Mlp}", "policy: must be one of CnnPolicy, MultiInputPolicy, ObjectPolicy"),
+        (
+            "FarmToTable-v0: {policy: Mlp}",
+            "policy: must be one of CnnPolicy, MlpPolicy, MultiInputPolicy, ObjectPolicy",
+        ),
         ("FarmToTable-v0: {seed: 3}", "seed: must be one of"),
         ("FarmToTable-v0: {n_envs: 0}", "n_envs: must be a whole number not below 1, got 0"),
         ("FarmToTable-v0: {n_timesteps: 1e5}", "n_timesteps: must be a whole number not below 1"),
