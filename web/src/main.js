@@ -3,6 +3,7 @@
 import { Connection } from "./connection.js";
 import { Controls } from "./controls.js";
 import { offerGallery } from "./gallery.js";
+import { Headset } from "./headset.js";
 import { Panel, part } from "./panel.js";
 import { Player, between } from "./recording.js";
 import { Rounds } from "./rounds.js";
@@ -32,6 +33,12 @@ const connection = alone
   ? null
   : new Connection(given.get("game") ?? "new", token, startOf(given), hear, (there) => panel.connected(there));
 const rounds = new Rounds((message) => connection?.tell(message), () => begin(1));
+const headset = new Headset(
+  views.renderer,
+  (pointer) => live && connection?.tell(pointer),
+  (text) => panel.say(text),
+  () => panel.say("Back on the page."),
+);
 const controls = new Controls(part("above"), views, (pointer) => live && connection?.tell(pointer));
 
 /** @param {Message} message */
@@ -89,6 +96,7 @@ function meet(other, played) {
   table = new Table(other);
   table.furnish().catch((problem) => panel.say(`The models could not be had: ${problem}`));
   views.meet(other);
+  headset.place = other;
   part("answers").replaceChildren();
   part("player").hidden = played;
   document.body.classList.toggle("replay", !played);
@@ -122,16 +130,17 @@ function moment() {
   return { ...between(before, state, Math.min((performance.now() - came) * 0.03, 1)), phase: state.phase };
 }
 
-function frame() {
+/** @param {number} _time @param {XRFrame} [room] of a headset */
+function frame(_time, room) {
   const now = moment();
   if (table && now) {
     const { numbered, round } = rounds;
     table.show(now, { truth, numbered: live ? numbered : null, home: live ? (round.home ?? null) : null });
-    views.draw(table, now);
+    if (room) headset.draw(table, now, room);
+    else if (!headset.session) views.draw(table, now);
     document.body.dataset.step = String(now.step ?? player.time);
     document.body.dataset.phase = now.phase;
   }
-  requestAnimationFrame(frame);
 }
 
 function toggleTruth() {
@@ -184,6 +193,7 @@ async function offerRecordings() {
   else chooser.add(new Option("This game so far", "this game"));
 }
 
+part("ar").addEventListener("click", () => headset.begin().catch((problem) => panel.say(`No AR: ${problem}`)));
 part("truth").addEventListener("click", toggleTruth);
 part("look").addEventListener("click", () => controls.leave());
 part("begin").addEventListener("click", () => begin());
@@ -199,4 +209,5 @@ document.addEventListener("keydown", (event) => {
 });
 showRecord();
 offerRecordings().catch((problem) => panel.say(String(problem)));
-requestAnimationFrame(frame);
+views.renderer.setAnimationLoop(frame);
+Headset.possible().then((can) => (part("ar").hidden = !can));
