@@ -9,6 +9,7 @@ import numpy as np
 from farm_ar.arrays import FloatArray
 from farm_ar.kernels import compiled
 from farm_ar.reid.adaptive.records import (
+    BENDING,
     STREAMING,
     TOGETHER,
     TURNING,
@@ -27,8 +28,8 @@ FAR_OFF, HOPELESS = 9.0, 6.0
 """In squares of a scale: as how much what is left of a pair counts at most; and the mean from which on
 no step is spent on finer scales, since most things do not fit even this one."""
 
-TURN_SD = 0.15
-"""SD of a shared turn, radians."""
+TURN_SD, BEND_SD = 0.15, 0.2
+"""SD of a shared turn, radians, and of how much all is stretched or sheared, as a share."""
 
 USUAL_AHEAD = 2.0
 """How far things usually go ahead besides a shared shift, in scales of what is left."""
@@ -40,8 +41,8 @@ _compile = compiled(error_model="numpy")
 def left_over(pairs: Pairs, p: int, common: Common) -> float:
     """Square of the distance from where the shared motion takes the label of pair p to its detection."""
     x, z = pairs.from_x[p] - common.x, pairs.from_z[p] - common.z
-    east = pairs.shift_x[p] + x - (x * common.cosine + z * common.sine + common.east)
-    north = pairs.shift_z[p] + z - (z * common.cosine - x * common.sine + common.north)
+    east = pairs.shift_x[p] + x - (x * common.xx + z * common.xz + common.east)
+    north = pairs.shift_z[p] + z - (x * common.zx + z * common.zz + common.north)
     east -= common.ahead * pairs.ahead_x[p]
     north -= common.ahead * pairs.ahead_z[p]
     return float(east * east + north * north)
@@ -76,7 +77,10 @@ def best_motion(pairs: Pairs, belief: FloatArray, length: float, kind: int) -> C
             dot += belief[p] * (ax * (pairs.shift_x[p] - dx) + az * (pairs.shift_z[p] - dz))
             moment += belief[p] * (ax * ax + az * az)
         ahead = max(dot / max(moment, 1e-9), 0.0)
-        return Common(x, z, dx - ahead * hx, dz - ahead * hz, 0.0, 1.0, 0.0, ahead, total, moment)
+        sd = 1.0 / math.sqrt(max(moment, 1e-12))
+        usual = 1.0 + (ahead / length / USUAL_AHEAD) ** 2
+        freedom = min(math.log(math.sqrt(8.0 / math.pi) * sd / USUAL_AHEAD / usual), 0.0)
+        return Common(x, z, dx - ahead * hx, dz - ahead * hz, 1.0, 0.0, 0.0, 1.0, ahead, total, freedom)
     if kind == TURNING:
         for p in range(len(belief)):
             ax, az = pairs.from_x[p] - x, pairs.from_z[p] - z
@@ -86,8 +90,41 @@ def best_motion(pairs: Pairs, belief: FloatArray, length: float, kind: int) -> C
             moment += belief[p] * (ax * ax + az * az)
         # A prior of no turn, as strong as its SD says.
         turn = math.atan2(cross, dot + (length / TURN_SD) ** 2)
-        return Common(x, z, dx, dz, math.sin(turn), math.cos(turn), turn, 0.0, total, moment)
-    return Common(x, z, dx, dz, 0.0, 1.0, 0.0, 0.0, total, 0.0)
+        sd = length / math.sqrt(max(moment, 1e-12))
+        freedom = min(math.log(sd / TURN_SD), 0.0) - 0.5 * (turn / TURN_SD) ** 2
+        sine, cosine = math.sin(turn), math.cos(turn)
+        return Common(x, z, dx, dz, cosine, sine, -sine, cosine, 0.0, total, freedom)
+    if kind == BENDING:
+        return bent(pairs, belief, length, Common(x, z, dx, dz, 1.0, 0.0, 0.0, 1.0, 0.0, total, 0.0))
+    return Common(x, z, dx, dz, 1.0, 0.0, 0.0, 1.0, 0.0, total, 0.0)
+
+
+@_compile
+def bent(pairs: Pairs, belief: FloatArray, length: float, common: Common) -> Common:
+    """A shared shift with how all is stretched, sheared and turned about its centre: ridge regression."""
+    weak = (length / BEND_SD) ** 2
+    aa, ab, bb, ea, eb, na, nb = weak, 0.0, weak, 0.0, 0.0, 0.0, 0.0
+    for p in range(len(belief)):
+        x, z = pairs.from_x[p] - common.x, pairs.from_z[p] - common.z
+        east, north = (
+            belief[p] * (pairs.shift_x[p] - common.east),
+            belief[p] * (pairs.shift_z[p] - common.north),
+        )
+        aa += belief[p] * x * x
+        ab += belief[p] * x * z
+        bb += belief[p] * z * z
+        ea += east * x
+        eb += east * z
+        na += north * x
+        nb += north * z
+    volume = aa * bb - ab * ab
+    xx, xz = (ea * bb - eb * ab) / volume, (eb * aa - ea * ab) / volume
+    zx, zz = (na * bb - nb * ab) / volume, (nb * aa - na * ab) / volume
+    square = xx * xx + xz * xz + zx * zx + zz * zz
+    freedom = math.log(weak * weak / volume) - 0.5 * square / BEND_SD**2
+    return Common(
+        common.x, common.z, common.east, common.north, 1.0 + xx, xz, zx, 1.0 + zz, 0.0, common.total, freedom
+    )
 
 
 @_compile
@@ -99,6 +136,7 @@ def find_common(
     some: Sparse,
     shift: FloatArray,
     penalty: FloatArray,
+    swing: FloatArray,
 ) -> None:
     """Find a shared motion for each scale of what things do besides, from the coarsest to the finest.
 
@@ -110,6 +148,7 @@ def find_common(
         some: room for weights.
         shift: (R, P) filled, for the profiles of shared motions, with densities of what is left.
         penalty: (R,) filled with the log of how much of the prior of the motion the posterior takes up.
+        swing: (R, 3) filled with the sine and cosine of how all turn, and how many things tell.
     """
     labels = len(seeing.anywhere)
     weight, belief, to_row = np.empty(len(like)), np.empty(len(like)), np.empty(len(like))
@@ -138,7 +177,23 @@ def find_common(
                 left += belief[p] * min(left_over(pairs, p, common) / length**2, FAR_OFF)
             left /= common.total
         density_about(pairs, common, length, shift[r])
-        penalty[r] = occam(length, common, extent, kind)
+        penalty[r] = occam(length, common, extent)
+        mean_turn(pairs, belief, swing[r])
+
+
+@_compile
+def mean_turn(pairs: Pairs, belief: FloatArray, swing: FloatArray) -> None:
+    """Fill in the sine and cosine of the mean turn of pairs by their belief, and how many these are."""
+    sine, cosine, count = 0.0, 0.0, 0.0
+    for p in range(len(belief)):
+        if pairs.turned[p] and not pairs.stays[p]:
+            sine += belief[p] * pairs.turn_sine[p]
+            cosine += belief[p] * pairs.turn[p]
+            count += belief[p]
+    length = math.hypot(sine, cosine)
+    swing[0], swing[1], swing[2] = 0.0, 1.0, count
+    if length > 1e-9:
+        swing[0], swing[1] = sine / length, cosine / length
 
 
 @_compile
@@ -195,23 +250,16 @@ def believe(
 
 
 @_compile
-def occam(length: float, common: Common, extent: float, kind: int) -> float:
+def occam(length: float, common: Common, extent: float) -> float:
     """Log of the share of the prior of a shared motion that its posterior takes up.
 
     The prior of how far is half Gaussian, of twice the scale of what else things do, and half even by ratio,
-    from that scale up to the extent; that of how far ahead is half a Cauchy distribution.
+    from that scale up to the extent.
     """
     levels = 0.5 * math.log(1.0 + (extent / length) ** 2) + 0.5
     square = (common.east**2 + common.north**2) / length**2
     density = 0.5 * 0.25 * math.exp(-square / 8) + 0.5 / ((square + 1.0) * levels)
-    result = min(math.log(density / max(common.total, 1.0)), 0.0)
-    sd = 1.0 / math.sqrt(max(common.moment, 1e-12))
-    if kind == TURNING:
-        result += min(math.log(sd * length / TURN_SD), 0.0) - 0.5 * (common.turn / TURN_SD) ** 2
-    if kind == STREAMING:
-        usual = 1.0 + (common.ahead / length / USUAL_AHEAD) ** 2
-        result += min(math.log(math.sqrt(8.0 / math.pi) * sd / USUAL_AHEAD / usual), 0.0)
-    return result
+    return min(math.log(density / max(common.total, 1.0)), 0.0) + common.freedom
 
 
 @_compile

@@ -8,6 +8,7 @@ from farm_ar.arrays import FloatArray
 from farm_ar.kernels import compiled
 from farm_ar.reid.adaptive.records import (
     AHEAD,
+    EVEN,
     EXPONENTIAL,
     GAUSSIAN,
     RAY,
@@ -23,6 +24,9 @@ FREEDOM = 2.0
 
 LOOSELY = 2
 """Which of the concentrations of turns is that of things that are pushed about."""
+
+SWINGS = 4.0
+"""Concentration of shared turns about none."""
 
 NEAR = 0.02
 """Shifts, in spacings, below which the direction of a shift tells less and less."""
@@ -88,6 +92,20 @@ def folded(cosine: float, fold: int) -> float:
 
 
 @_compile
+def level_rows(pairs: Pairs, turn: FloatArray) -> None:
+    """Give all pairs of a detection the mean of their densities of turns; not those of what never moves."""
+    for i in range(len(pairs.start) - 1):
+        total, count = 0.0, 0
+        for p in range(pairs.start[i], pairs.start[i + 1]):
+            if pairs.turned[p] and not pairs.stays[p]:
+                total += turn[p]
+                count += 1
+        for p in range(pairs.start[i], pairs.start[i + 1]):
+            if pairs.turned[p] and not pairs.stays[p]:
+                turn[p] = total / count
+
+
+@_compile
 def tabulate(
     pairs: Pairs,
     profiles: Profiles,
@@ -120,6 +138,8 @@ def tabulate(
                 shift[r, p] = density_ahead(
                     length, width * length, pairs.distance[p], pairs.course[p], pairs.course_known[p]
                 )
+            elif kind == EVEN:
+                shift[r, p] = pairs.far[p]
             else:
                 shift[r, p] = shift_density(kind, length, width, pairs.distance[p])
     any_turn = 1.0 / (2 * math.pi)
@@ -131,6 +151,8 @@ def tabulate(
                 cosine = folded(pairs.turn[p], angles.fold[which])
                 peak = angles.turn_peak[which] * math.exp(angles.turn[which] * (cosine - 1.0))
                 turn[t, p] = angles.outliers * any_turn + (1.0 - angles.outliers) * peak
+        if angles.anyone[t]:
+            level_rows(pairs, turn[t])
     for p in range(count):
         # What is pushed somewhere keeps its heading, or not; what is carried away does not.
         pushed = 0.5 * any_turn + 0.5 * turn[LOOSELY, p]
@@ -187,6 +209,32 @@ def view_probability(
                     edge = min(edge, away * min(up - angle, angle + down))
                 total += min(max(0.5 + 0.5 * edge / soft, 0.0), 1.0)
             result[a, j] = total / len(offset)
+
+
+@_compile
+def turned_together(
+    pairs: Pairs, angles: Concentrations, t: int, swing: FloatArray, turn: FloatArray
+) -> None:
+    """Fill (P,) densities of turns about one that all share, of concentration t."""
+    any_turn = 1.0 / (2 * math.pi)
+    for p in range(len(turn)):
+        turn[p] = any_turn
+        if pairs.turned[p]:
+            cosine = pairs.turn[p]
+            if not pairs.stays[p]:
+                cosine = cosine * swing[1] + pairs.turn_sine[p] * swing[0]
+            peak = angles.turn_peak[t] * math.exp(angles.turn[t] * (cosine - 1.0))
+            turn[p] = angles.outliers * any_turn + (1.0 - angles.outliers) * peak
+
+
+@_compile
+def turn_freedom(kappa: float, swing: FloatArray) -> float:
+    """Log of the share of the prior of a shared turn that counts: half of it any turn, half about none."""
+    if not swing[2] > 0.0:
+        return 0.0
+    about_none = math.exp(SWINGS * (swing[1] - 1.0)) / (2 * math.pi * scaled_bessel(SWINGS))
+    density = 0.5 / (2 * math.pi) + 0.5 * about_none
+    return min(math.log(math.sqrt(2 * math.pi / (kappa * max(swing[2], 1.0))) * density), 0.0)
 
 
 @_compile

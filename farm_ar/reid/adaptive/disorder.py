@@ -19,9 +19,9 @@ FORGOTTEN = 0.9
 BELIEVED = 0.5
 """How much of the evidence counts: a place is not equally untidy every time."""
 
-EARLIER_MOTION, LIKE_EARLIER = (16, 6, 32), (0, 1, 2, 2, 3, 4, 5, 5)
-"""Shape of what was learnt of motions with the families that are still the first ones; and which of the six
-rates of then each of today's is most like.
+EARLIER_MOTIONS, LIKE_EARLIER = ((16, 6, 32), (19, 8, 32)), (0, 1, 2, 2, 3, 4, 5, 5)
+"""Shapes of what was learnt of motions with families and headings that are still the first ones; and which of
+the six rates of then each of today's is most like.
 """
 
 DOUBT = 0.1
@@ -57,7 +57,8 @@ class Disorder(Record):
     @classmethod
     def unknown(cls, options: AdaptiveOptions) -> Disorder:
         """That of a place of which nothing is known."""
-        shape = (len(FAMILIES), len(options.turn_sds) + 1 + len(FOLDS), MOST_SCALES)
+        turns = len(options.turn_sds) + 1 + len(FOLDS) + len(options.shared_sds) + len(options.anyone_sds)
+        shape = (len(FAMILIES), turns, MOST_SCALES)
         return cls(0, np.zeros(shape), np.zeros(len(options.rates)), np.zeros(len(options.reliabilities)))
 
     def fitting(self, options: AdaptiveOptions) -> Disorder:
@@ -67,8 +68,8 @@ class Disorder(Record):
             SceneError: it was not.
         """
         blank, motion, rates = Disorder.unknown(options), self.motion, self.rates
-        if motion.shape == EARLIER_MOTION and blank.motion.size > motion.size:
-            more = [(0, new - old) for new, old in zip(blank.motion.shape, EARLIER_MOTION, strict=True)]
+        if motion.shape in EARLIER_MOTIONS and blank.motion.size > motion.size:
+            more = [(0, new - old) for new, old in zip(blank.motion.shape, motion.shape, strict=True)]
             motion = np.pad(motion, more, constant_values=motion.min())
         if len(rates) == max(LIKE_EARLIER) + 1 and len(blank.rates) == len(LIKE_EARLIER):
             rates = rates[list(LIKE_EARLIER)]

@@ -11,6 +11,7 @@ from farm_ar.reid.adaptive.densities import FREEDOM, folded
 from farm_ar.reid.adaptive.hypotheses import Hypotheses
 from farm_ar.reid.adaptive.records import (
     AHEAD,
+    EVEN,
     EXPONENTIAL,
     GAUSSIAN,
     RAY,
@@ -48,8 +49,13 @@ def predictive_p_value(pairs: Pairs, chosen: IntArray, every: Hypotheses, motion
         return 1.0
     far = float(every.motions.far[motion])
     shift = np.maximum(far + (1 - far) * _shift_tail(pairs, index, every, motion), _LEAST)
-    cosine = pairs.turn[index[pairs.turned[index]]]
-    fold = int(every.angles.fold[every.motions.heading[motion]])
+    heading = every.motions.heading[motion]
+    told = index[pairs.turned[index] & ~every.angles.anyone[heading]]
+    cosine = pairs.turn[told]
+    if every.angles.shared[heading]:
+        sine = pairs.turn_sine[told]
+        cosine = np.cos(np.arctan2(sine, cosine) - np.arctan2(sine.sum(), cosine.sum()))
+    fold = int(every.angles.fold[heading])
     angle = np.arccos(np.clip([folded(c, fold) for c in cosine.tolist()], -1.0, 1.0))
     # What has gone anywhere is turned anyhow.
     tail = far * (1 - angle / np.pi) + (1 - far) * _turn_tail(angle, every, motion)
@@ -83,6 +89,8 @@ def _shift_tail(pairs: Pairs, index: IntArray, every: Hypotheses, motion: int) -
         common = best_motion(pairs, belief, length, kind)
         rest = np.array([left_over(pairs, int(p), common) for p in index])
         return np.asarray(np.exp(-0.5 * rest / length**2))
+    if kind == EVEN:
+        return np.ones(len(index))
     assert kind == GAUSSIAN
     return np.asarray(np.exp(-0.5 * (distance / length) ** 2))
 

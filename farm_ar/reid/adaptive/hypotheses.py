@@ -12,6 +12,8 @@ from farm_ar.arrays import FloatArray, IntArray, read_only
 from farm_ar.reid.adaptive.options import AdaptiveOptions
 from farm_ar.reid.adaptive.records import (
     AHEAD,
+    BENDING,
+    EVEN,
     EXPONENTIAL,
     GAUSSIAN,
     RAY,
@@ -37,6 +39,9 @@ FOLDS = (2, 4)
 MOST_SCALES = 32
 """Up to 20 000 spacings."""
 
+
+EVEN_LEVEL = 7
+"""Index of the scale that stands for motions to anywhere, for how far things rise; all have it."""
 
 WALKING = 0.4
 """What is left of the prior's rise about the usual scale where things go ahead: looks are any time apart."""
@@ -89,6 +94,8 @@ FAMILIES = (
     Family("forward, from standing on", 0.02, RAY, 0.05, 0.0, 1.0, 4, WALKING),
     Family("forward, many turn off", 0.01, RING, 0.35, 0.25, 1.0, 4, WALKING),
     Family("together, and ahead", 0.04, STREAMING, 0.003),
+    Family("together, bending", 0.03, BENDING, 0.003),
+    Family("anywhere", 0.003, EVEN, 1.0),
 )
 """The families that are averaged; what was learnt of a place counts on their order, so new ones come last."""
 
@@ -137,16 +144,22 @@ class Hypotheses:
 def hypotheses(options: AdaptiveOptions, scales: int) -> Hypotheses:
     """The motions over so many scales, from the finest on."""
     scale = scale_lengths(scales)
-    turns = np.array([*options.turn_sds, np.inf, *(fold * options.fold_sd for fold in FOLDS)])
-    shares = (*options.turn_shares, *options.fold_shares)
+    first_shared = len(options.turn_sds) + 1 + len(FOLDS)
+    last_shared = first_shared + len(options.shared_sds)
+    folded = [fold * options.fold_sd for fold in FOLDS]
+    turns = np.array([*options.turn_sds, np.inf, *folded, *options.shared_sds, *options.anyone_sds])
+    shares = (*options.turn_shares, *options.fold_shares, *options.shared_shares, *options.anyone_shares)
     nothing = len(options.turn_sds)
     kappa = np.array([concentration(sd) for sd in turns])
     profiles: list[tuple[int, float, float]] = []
     courses: list[float] = []
-    rows: list[tuple[int, int, int, float, int, float, int]] = []
+    rows: list[tuple[int, int, int, float, int, int, float, int]] = []
     group = [0]
     for f, family in enumerate(FAMILIES):
-        headings = [t for t in range(len(turns)) if _tried(family, t, nothing)]
+        levels = range(family.least, scales)
+        if family.kind == EVEN:
+            levels = range(EVEN_LEVEL, EVEN_LEVEL + 1)
+        headings = [t for t in range(len(turns)) if _tried(family, t, nothing, last_shared)]
         course = dict.fromkeys(headings, -1)
         if family.kind in (RING, RAY):
             for t in headings:
@@ -154,16 +167,16 @@ def hypotheses(options: AdaptiveOptions, scales: int) -> Hypotheses:
                     concentration(float(np.hypot(family.course * 0.35 * turns[t], options.course_sd)))
                 )
                 course[t] = len(courses) - 1
-        levels = range(family.least, scales)
         prior = np.array([_scale_prior(float(scale[a]), family, options) for a in levels])
         for a, share in zip(levels, prior / prior.sum(), strict=True):
             place = (family.kind, float(scale[a]), family.width)
             if place not in profiles:
                 profiles.append(place)
             where = profiles.index(place)
+            beyond = where if family.kind == EVEN else -1
             for t in headings:
-                chance = family.prior * shares[t] * float(share)
-                rows.append((where, t, course[t], family.far, int(a), chance, f))
+                chance = family.prior * float(share) * (1.0 if family.kind == EVEN else shares[t])
+                rows.append((where, t, course[t], family.far, beyond, int(a), chance, f))
             group.append(len(rows))
     columns = list(zip(*rows, strict=True))
     course_kappa = np.array(courses)
@@ -176,7 +189,9 @@ def hypotheses(options: AdaptiveOptions, scales: int) -> Hypotheses:
         Concentrations(
             read_only(kappa, np.float64),
             read_only(peak(kappa), np.float64),
-            read_only([*[1] * (nothing + 1), *FOLDS], np.int64),
+            read_only([*[1] * (nothing + 1), *FOLDS, *[1] * (len(turns) - first_shared)], np.int64),
+            read_only([first_shared <= t < last_shared for t in range(len(turns))], np.bool_),
+            read_only([t >= last_shared for t in range(len(turns))], np.bool_),
             read_only(course_kappa, np.float64),
             read_only(peak(course_kappa), np.float64),
             options.outliers,
@@ -189,15 +204,22 @@ def hypotheses(options: AdaptiveOptions, scales: int) -> Hypotheses:
             read_only(columns[2], np.int64),
             read_only(columns[3], np.float64),
             read_only(columns[4], np.int64),
-            read_only(np.log(columns[5]), np.float64),
+            read_only(columns[5], np.int64),
+            read_only(np.log(columns[6]), np.float64),
         ),
         read_only(scale, np.float64),
-        read_only(columns[6], np.int64),
+        read_only(columns[7], np.int64),
     )
 
 
-def _tried(family: Family, turn: int, nothing: int) -> bool:
+def _tried(family: Family, turn: int, nothing: int, anyone: int) -> bool:
     """Whether a family is tried with some concentration of turns."""
+    if family.kind == EVEN:
+        return turn == 0  # as good as any, for things that go anywhere are turned anyhow
+    if turn >= anyone:
+        return family.kind not in (RING, RAY, AHEAD)
+    if turn > nothing + len(FOLDS):
+        return family.kind >= TOGETHER
     if turn > nothing:
         return family.folds
     return turn < nothing or family.kind not in (RING, RAY, AHEAD)

@@ -16,7 +16,15 @@ from farm_ar.kernels import compiled
 from farm_ar.reid.adaptive.common import find_common, free_share
 from farm_ar.reid.adaptive.densities import LOOSELY, tabulate
 from farm_ar.reid.adaptive.records import Concentrations, Motions, Pairs, Profiles, Seeing, Sparse, Table
-from farm_ar.reid.adaptive.screening import FEW_ROUNDS, SCREENED, density_of, falling, screen, weigh_under
+from farm_ar.reid.adaptive.screening import (
+    FEW_ROUNDS,
+    SCREENED,
+    density_of,
+    falling,
+    freedom_of,
+    screen,
+    weigh_under,
+)
 from farm_ar.reid.adaptive.sparse import add_marginals, exact_evidence, propagate
 
 COUNTS = 1e-3
@@ -45,6 +53,8 @@ def tabulated(pairs: Pairs, profiles: Profiles, angles: Concentrations) -> Table
         np.empty((len(angles.course), count)),
         np.empty(count),
         np.zeros(len(profiles.kind)),
+        np.zeros((len(profiles.kind), 3)),
+        angles,
     )
     tabulate(pairs, profiles, angles, table.shift, table.turn, table.course, table.far)
     return table
@@ -53,7 +63,7 @@ def tabulated(pairs: Pairs, profiles: Profiles, angles: Concentrations) -> Table
 @_compile
 def log_prior_of(h: int, w: int, q: int, motions: Motions, seeing: Seeing, table: Table) -> float:
     """Log of the prior of a hypothesis, with what a shared motion's freedom costs."""
-    motion = motions.log_prior[h] + table.penalty[motions.profile[h]]
+    motion = motions.log_prior[h] + freedom_of(h, motions, table)
     return float(motion + seeing.log_sizes[w] + seeing.log_rates[q])
 
 
@@ -70,8 +80,10 @@ def refine(
     labels, sizes, rates = len(seeing.anywhere), len(pairs.size), len(seeing.unseen)
     density, factor = np.empty(len(pairs.label)), np.empty(labels)
     weighed, to_row = np.empty(len(pairs.label)), np.empty(len(pairs.label))
-    top = screened.max()
-    kept = 0
+    top, kept = -np.inf, 0
+    for h in range(len(screened)):
+        if motions.beyond[h] < 0:
+            top = max(top, screened[h])
     for h in range(len(screened)):
         if screened[h] > top - SCREENED:
             kept += 1
@@ -93,7 +105,8 @@ def refine(
                     continue
                 to_row[:] = free_share(len(seeing.none), labels)
                 found = prior + total + propagate(some, labels, to_row, FEW_ROUNDS + 2, 1e-3)
-                best = max(best, found)
+                if motions.beyond[h] < 0:
+                    best = max(best, found)
                 which[count, 0], which[count, 1], which[count, 2] = h, w, q
                 value[count] = found
                 count += 1
@@ -169,6 +182,7 @@ def infer(
         some,
         table.shift,
         table.penalty,
+        table.swing,
     )
     screened = np.empty(len(motions.log_prior))
     screen(pairs, motions, seeing, table, like, some, screened)

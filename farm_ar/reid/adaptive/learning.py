@@ -6,7 +6,7 @@ import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.kernels import compiled
-from farm_ar.reid.adaptive.common import best_motion, density_about, occam
+from farm_ar.reid.adaptive.common import best_motion, density_about, mean_turn, occam
 from farm_ar.reid.adaptive.hypotheses import FAMILIES, MOST_SCALES, Hypotheses
 from farm_ar.reid.adaptive.inference import tabulated
 from farm_ar.reid.adaptive.records import (
@@ -18,7 +18,7 @@ from farm_ar.reid.adaptive.records import (
     Seeing,
     Table,
 )
-from farm_ar.reid.adaptive.screening import density_of
+from farm_ar.reid.adaptive.screening import density_of, freedom_of
 
 _compile = compiled(error_model="numpy")
 
@@ -33,8 +33,9 @@ def common_of(pairs: Pairs, profiles: Profiles, chosen: IntArray, table: Table) 
         kind, length = profiles.kind[r], profiles.length[r]
         if kind >= TOGETHER:
             common = best_motion(pairs, belief, length, kind)
-            table.penalty[r] = occam(length, common, profiles.length.max(), kind)
+            table.penalty[r] = occam(length, common, profiles.length.max())
             density_about(pairs, common, length, table.shift[r])
+            mean_turn(pairs, belief, table.swing[r])
 
 
 @_compile
@@ -53,7 +54,7 @@ def evidence_of(
     density, known = np.empty(count), np.ones(count)
     for h in range(len(result)):
         density_of(h, pairs, motions, table, known, density)
-        result[h] = table.penalty[motions.profile[h]]
+        result[h] = freedom_of(h, motions, table)
         for p in chosen:
             result[h] += np.log(max(density[p], 1e-300))
 

@@ -24,6 +24,10 @@ class AdaptiveOptions:
         turn_shares: prior share of each of these, the last of headings that tell nothing.
         fold_shares: share of things that look the same turned by half, and by a quarter, among these.
         fold_sd: SD of their turns besides, radians.
+        shared_sds: SDs of turns about one that all share, where all move together.
+        shared_shares: prior share of each of these.
+        anyone_sds: SDs of turns from the heading of any of the things: headings do not tell which.
+        anyone_shares: prior share of each of these.
         course_sd: least SD of a course about the mean heading, radians.
         outliers: share of turns of any size, whatever the SD.
         astray: share of courses in any direction.
@@ -47,6 +51,10 @@ class AdaptiveOptions:
     turn_shares: tuple[float, ...] = (0.15, 0.18, 0.18, 0.16, 0.13, 0.2)
     fold_shares: tuple[float, float] = (0.04, 0.02)
     fold_sd: float = float(np.deg2rad(5.0))
+    shared_sds: tuple[float, ...] = (float(np.deg2rad(20.0)),)
+    shared_shares: tuple[float, ...] = (0.15,)
+    anyone_sds: tuple[float, ...] = tuple(float(np.deg2rad(sd)) for sd in (12.0, 40.0))
+    anyone_shares: tuple[float, ...] = (0.07, 0.07)
     course_sd: float = float(np.deg2rad(8.0))
     outliers: float = 0.005
     astray: float = 0.05

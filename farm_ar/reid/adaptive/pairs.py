@@ -202,6 +202,7 @@ def _area(points: FloatArray) -> float:
 
 class _Angles(TypedDict):
     turn: FloatArray
+    turn_sine: FloatArray
     turned: BoolArray
     course: FloatArray
     course_known: FloatArray
@@ -223,7 +224,7 @@ def _angles(
     period = known.period[labels[j]]
     knew, knows = np.isfinite(before), np.isfinite(after)
     turned = knew & knows & (period > 0)
-    turn = np.where(turned, np.cos((after - before) * (2 * np.pi / np.where(period > 0, period, 1.0))), 0.0)
+    angle = np.where(turned, (after - before) * (2 * np.pi / np.where(period > 0, period, 1.0)), 0.0)
     before, after = np.where(knew, before, 0.0), np.where(knows, after, 0.0)
     x = np.where(knew, np.sin(before), 0.0) + np.where(knows, np.sin(after), 0.0)
     z = np.where(knew, np.cos(before), 0.0) + np.where(knows, np.cos(after), 0.0)
@@ -232,7 +233,8 @@ def _angles(
     course = ahead / np.maximum(distance * length, 1e-12)
     how_well = np.where(period < 2 * np.pi - 1e-9, 0.0, 0.5 * knew + 0.5 * knows)
     return {
-        "turn": turn,
+        "turn": np.where(turned, np.cos(angle), 0.0),
+        "turn_sine": np.sin(angle),
         "turned": turned,
         "course": np.clip(course, -1.0, 1.0),
         "course_known": how_well,

@@ -6,10 +6,12 @@ from typing import NamedTuple
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 
-GAUSSIAN, EXPONENTIAL, STUDENT, RING, RAY, AHEAD, TOGETHER, TURNING, STREAMING = 0, 1, 2, 3, 4, 5, 6, 7, 8
+GAUSSIAN, EXPONENTIAL, STUDENT, RING, RAY, AHEAD, EVEN, TOGETHER, TURNING, STREAMING, BENDING = range(11)
 """Profiles of how far things move: a ring is that of things that all go about as far, a ray that of speeds
-from none on (half-normal); ahead is Gaussian about a place ahead of each thing; the last three are Gaussian
-about a motion that all share: a shift, with a turn, or with a speed along each thing's own heading.
+from none on (half-normal); ahead is Gaussian about a place ahead of each thing; even is the
+same everywhere; the last four are Gaussian
+about a motion that all share: a shift, with a turn, with a speed along each thing's own heading, or with
+stretching and shearing.
 """
 
 
@@ -38,6 +40,7 @@ class Motions(NamedTuple):
         heading: (H,) indices of the concentrations of turns.
         course: (H,) indices of the concentrations of courses about the heading; -1 for any course.
         far: (H,) share of the objects that go anywhere, turned anyhow.
+        beyond: (H,) index of the profile by which these go instead; -1 for anywhere.
         scale: (H,) index of the scale, for what is in view.
         log_prior: (H,) natural logarithms.
     """
@@ -47,6 +50,7 @@ class Motions(NamedTuple):
     heading: IntArray
     course: IntArray
     far: FloatArray
+    beyond: IntArray
     scale: IntArray
     log_prior: FloatArray
 
@@ -59,6 +63,8 @@ class Concentrations(NamedTuple):
         turn_peak: (T,) density at no turn.
         fold: (T,) into how many equal parts of a whole turn: 2 if what is turned by half looks the same, 4 if
             by a quarter.
+        shared: (T,) whether turns are counted from one that all share.
+        anyone: (T,) whether a heading is that of any of the things with a turn: it does not tell which.
         course: (C,) concentrations.
         course_peak: (C,) density at the heading.
         outliers: share of turns that are of any size.
@@ -68,6 +74,8 @@ class Concentrations(NamedTuple):
     turn: FloatArray
     turn_peak: FloatArray
     fold: IntArray
+    shared: BoolArray
+    anyone: BoolArray
     course: FloatArray
     course_peak: FloatArray
     outliers: float
@@ -86,6 +94,7 @@ class Pairs(NamedTuple):
         shift_z: (P,) likewise.
         distance: (P,) between the two places.
         turn: (P,) cosine of the turn, in periods of the symmetry.
+        turn_sine: (P,) its sine.
         turned: (P,) whether that is known.
         course: (P,) cosine of the angle from the mean of the two headings to the shift.
         course_known: (P,) how well that is known: 1 with both headings, .5 with one, 0 with none.
@@ -107,6 +116,7 @@ class Pairs(NamedTuple):
     shift_z: FloatArray
     distance: FloatArray
     turn: FloatArray
+    turn_sine: FloatArray
     turned: BoolArray
     course: FloatArray
     course_known: FloatArray
@@ -126,22 +136,23 @@ class Common(NamedTuple):
     Args:
         x, z: the place about which it turns.
         east, north: the shift.
-        sine, cosine, turn: of the turn, radians.
+        xx, xz, zx, zz: where it takes one unit east (first letter x) or north: 1, 0, 0, 1 if all go alike.
         ahead: how far each thing goes along its own heading besides.
         total: of how many things it was found.
-        moment: how well these say the turn, or how far they go ahead.
+        freedom: log of the share that counts of the prior of what it does besides shifting.
     """
 
     x: float
     z: float
     east: float
     north: float
-    sine: float
-    cosine: float
-    turn: float
+    xx: float
+    xz: float
+    zx: float
+    zz: float
     ahead: float
     total: float
-    moment: float
+    freedom: float
 
 
 class Seeing(NamedTuple):
@@ -193,6 +204,8 @@ class Table(NamedTuple):
         course: (C, P) how much likelier a course is than any.
         far: (P,) of what has gone anywhere, place and turn.
         penalty: (R,) log of the share of a shared motion's prior that counts.
+        swing: (R, 3) of each shared motion: sine and cosine of how all turn, and how many things tell.
+        angles: of turns and courses.
     """
 
     shift: FloatArray
@@ -200,3 +213,5 @@ class Table(NamedTuple):
     course: FloatArray
     far: FloatArray
     penalty: FloatArray
+    swing: FloatArray
+    angles: Concentrations

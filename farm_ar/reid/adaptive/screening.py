@@ -9,7 +9,7 @@ import numpy as np
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.kernels import compiled
 from farm_ar.reid.adaptive.common import free_share
-from farm_ar.reid.adaptive.densities import blend
+from farm_ar.reid.adaptive.densities import blend, turn_freedom, turned_together
 from farm_ar.reid.adaptive.records import Motions, Pairs, Seeing, Sparse, Table
 from farm_ar.reid.adaptive.sparse import propagate
 
@@ -129,8 +129,9 @@ def density_by(
 ) -> None:
     """Fill (P,) weights of the pairs under motion h, with other densities of turns and courses."""
     use_course = motions.course[h] >= 0
-    shift, far = table.shift[motions.profile[h]], motions.far[h]
-    blend(pairs, shift, turn, course, use_course, far, table.far, density)
+    shift, far, beyond = table.shift[motions.profile[h]], motions.far[h], motions.beyond[h]
+    anywhere = table.far if beyond < 0 else table.shift[beyond] / (2 * math.pi)
+    blend(pairs, shift, turn, course, use_course, far, anywhere, density)
     for p in range(len(density)):
         density[p] *= like[p]
     if len(pairs.vertical):
@@ -144,8 +145,21 @@ def density_of(
     h: int, pairs: Pairs, motions: Motions, table: Table, like: FloatArray, density: FloatArray
 ) -> None:
     """Fill (P,) weights of the pairs under motion h: densities times what else is known of them."""
-    turn, course = table.turn[motions.heading[h]], table.course[max(motions.course[h], 0)]
+    t, course = motions.heading[h], table.course[max(motions.course[h], 0)]
+    turn = table.turn[t]
+    if table.angles.shared[t]:
+        turn = np.empty(len(density))
+        turned_together(pairs, table.angles, t, table.swing[motions.profile[h]], turn)
     density_by(h, turn, course, pairs, motions, table, like, density)
+
+
+@_compile
+def freedom_of(h: int, motions: Motions, table: Table) -> float:
+    """Log of the share of the prior of a shared motion under motion h that counts."""
+    result, t = table.penalty[motions.profile[h]], motions.heading[h]
+    if table.angles.shared[t]:
+        result += turn_freedom(table.angles.turn[t], table.swing[motions.profile[h]])
+    return float(result)
 
 
 @_compile
@@ -171,7 +185,8 @@ def screen(
     """Fill (H,) log evidences of the motions; minus infinity where a bound is enough.
 
     Rates are middling, or those at which most comes and goes, whichever explain more. A bound of a whole
-    group, with the best that headings could tell of each pair, leaves out most of them.
+    group, with the best that headings could tell of each pair, leaves out most. That all went anywhere
+    leaves out none: it does not tell which label is likelier.
 
     Args:
         pairs: the pairs.
@@ -184,7 +199,7 @@ def screen(
     """
     labels, groups = len(seeing.anywhere), len(motions.group) - 1
     density, factor, to_row = np.empty(len(like)), np.empty(labels), np.empty(len(like))
-    best_turn, best_course = highest(table.turn), highest(table.course)
+    best_turn, best_course, turn = highest(table.turn), highest(table.course), np.empty(len(like))
     rates = np.array([len(seeing.unseen) // 2, len(seeing.unseen) - 1])
     chance = np.array([0.0, seeing.log_rates[-1]])
     tried = 2 if chance[1] > UNLIKELY else 1
@@ -195,23 +210,30 @@ def screen(
         prior = motions.log_prior[h : motions.group[g + 1]].max() + table.penalty[motions.profile[h]]
         if prior == -np.inf:
             continue
-        density_by(h, best_turn, best_course, pairs, motions, table, like, density)
+        best = best_turn
+        for k in range(h, motions.group[g + 1]):
+            t = motions.heading[k]
+            if table.angles.shared[t] and motions.log_prior[k] > -np.inf:
+                turned_together(pairs, table.angles, t, table.swing[motions.profile[h]], turn)
+                best = np.maximum(best, turn)
+        density_by(h, best, best_course, pairs, motions, table, like, density)
         for k in range(tried):
             _, most = weigh_under(h, rates[k], pairs, seeing, motions, density, some, factor)
             bound[g] = max(bound[g], prior + chance[k] + most)
-    best = -np.inf
+    top = -np.inf
     for g in falling(bound):
-        if not bound[g] > best - SCREENED:
+        if not bound[g] > top - SCREENED:
             break
         for h in range(motions.group[g], motions.group[g + 1]):
-            prior = motions.log_prior[h] + table.penalty[motions.profile[h]]
+            prior = motions.log_prior[h] + freedom_of(h, motions, table)
             if prior == -np.inf:
                 continue
             density_of(h, pairs, motions, table, like, density)
             for k in range(tried):
                 total, most = weigh_under(h, rates[k], pairs, seeing, motions, density, some, factor)
-                if prior + chance[k] + most > best - SCREENED:
+                if prior + chance[k] + most > top - SCREENED:
                     to_row[:] = free_share(len(seeing.none), labels)
                     found = total + propagate(some, labels, to_row, FEW_ROUNDS, 1e-3)
                     evidence[h] = max(evidence[h], prior + chance[k] + found)
-                    best = max(best, evidence[h])
+                    if motions.beyond[h] < 0:
+                        top = max(top, evidence[h])

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy import stats
 
-from farm_ar.reid import AdaptiveReid, Disorder
-from farm_ar.reid.adaptive.common import best_motion
-from farm_ar.reid.adaptive.records import STREAMING, TOGETHER, TURNING
+from farm_ar.reid import AdaptiveReid, Disorder, SquaredDistanceReid
+from farm_ar.reid.adaptive.common import BEND_SD, best_motion
+from farm_ar.reid.adaptive.records import BENDING, STREAMING, TOGETHER, TURNING
 from farm_ar.scenes import Camera, Detections, FieldOfView, Layout, Scene, Snapshot
 
 EVERYWHERE = FieldOfView(np.pi, np.pi, 1e4)
@@ -71,7 +72,51 @@ def test_a_shared_shift_is_the_mean_and_a_shared_turn_that_of_kabsch():
     u, _, vt = np.linalg.svd((place - place.mean(0)).T @ (place + shift - (place + shift).mean(0)))
     turn = vt.T @ np.diag([1, np.sign(np.linalg.det(vt.T @ u.T))]) @ u.T
     # A scale of next to nothing leaves nothing of the prior of no turn; clockwise from above.
-    assert best_motion(pairs, belief, 1e-6, TURNING).turn == pytest.approx(np.arctan2(turn[0, 1], turn[0, 0]))
+    found = best_motion(pairs, belief, 1e-6, TURNING)
+    np.testing.assert_allclose([[found.xx, found.xz], [found.zx, found.zz]], turn, atol=1e-6)
+
+
+def test_a_shared_bending_is_that_of_ridge_regression_and_its_freedom_that_of_its_evidence():
+    pairs, belief = pairs_of(5)
+    own, length = belief > 0, 0.3
+    place = np.stack([pairs.from_x[own], pairs.from_z[own]], -1)
+    shift = np.stack([pairs.shift_x[own], pairs.shift_z[own]], -1)
+    x, y = place - place.mean(axis=0), shift - shift.mean(axis=0)
+    bend = np.linalg.solve(x.T @ x / length**2 + np.eye(2) / BEND_SD**2, x.T @ y / length**2).T
+    found = best_motion(pairs, belief, length, BENDING)
+    np.testing.assert_allclose([[found.xx, found.xz], [found.zx, found.zz]], np.eye(2) + bend, atol=1e-9)
+    # The shifts have a Gaussian evidence in which the bending is integrated out; at the best one it is more.
+    spread = length**2 * np.eye(9) + BEND_SD**2 * x @ x.T
+    evidence = sum(stats.multivariate_normal(np.zeros(9), spread).logpdf(y[:, k]) for k in range(2))
+    best = stats.norm(x @ bend.T, length).logpdf(y).sum()
+    assert found.freedom == pytest.approx(evidence - best)
+
+
+def test_headings_of_a_flock_that_all_go_one_way_do_not_tell_who_is_who():
+    """All turn anew about one course, so that whoever has the nearest heading is not likelier the same."""
+    right, plain = [], []
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        place = rng.random((16, 2)) * 4
+        later = place + np.array([1.5, 0.4]) + rng.normal(0, 0.22, (16, 2))
+        scene, snapshot = things(place, rng.normal(1.3, 0.2, 16)), seen(later, rng.normal(1.3, 0.2, 16))
+        right.append(share_right(scene, snapshot)[0])
+        answer = SquaredDistanceReid(scene).identify(snapshot)  # a shared shift changes nothing for it
+        plain.append(np.mean([a == b for a, b in zip(answer.labels, scene.layout.labels, strict=True)]))
+    assert np.mean(right) > np.mean(plain) - 0.05
+
+
+def test_what_was_shuffled_anyhow_is_neither_named_with_confidence_nor_called_new():
+    none, confidence = [], []
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        place, later = rng.random((2, 24, 2)) * 20
+        yaw, turned = rng.uniform(-np.pi, np.pi, (2, 24))
+        answer = AdaptiveReid(things(place, yaw)).identify(seen(later[:21], turned[:21]))
+        none.append(np.mean([label is None for label in answer.labels]))
+        confidence.append(np.where([label is None for label in answer.labels], 0, answer.confidence).mean())
+    assert np.mean(none) < 0.15
+    assert np.mean(confidence) < 0.25
 
 
 def test_a_crowd_that_drifts_while_each_goes_ahead_is_followed():

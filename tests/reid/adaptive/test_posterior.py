@@ -10,7 +10,7 @@ from scipy.special import i0e
 from farm_ar.reid import AdaptiveReid
 from farm_ar.reid.adaptive.hypotheses import hypotheses, scales_for
 from farm_ar.reid.adaptive.inference import infer
-from farm_ar.reid.adaptive.records import AHEAD, EXPONENTIAL, GAUSSIAN, RAY, RING, STUDENT, TOGETHER
+from farm_ar.reid.adaptive.records import AHEAD, EVEN, EXPONENTIAL, GAUSSIAN, RAY, RING, STUDENT, TOGETHER
 from farm_ar.reid.adaptive.seeing import motion_prior, seeing_of
 from farm_ar.scenes import Camera, Detections, FieldOfView, Layout, Scene, Snapshot
 
@@ -77,15 +77,21 @@ def by_enumeration(reid, snapshot, problem, every, seeing, prior):
     total, shifts = np.zeros((n, m + 1)), {}
     for h in np.flatnonzero(every.profiles.kind[motions.profile] < TOGETHER):
         p, t, c = motions.profile[h], motions.heading[h], motions.course[h]
-        kind, length, width = every.profiles.kind[p], every.profiles.length[p], every.profiles.width[p]
         turn = np.full((n, m), 1 / (2 * np.pi))
         if angles.turn[t] > 0:
             turned = stats.vonmises(angles.turn[t]).pdf(angles.fold[t] * turns)
             turn = (1 - angles.outliers) * turned + angles.outliers * turn
-        if p not in shifts:
-            pairs = itertools.product(range(n), range(m))
-            near = [shift_density(kind, length, width, steps[i, j], mean[i, j]) for i, j in pairs]
-            shifts[p] = np.reshape(near, (n, m))
+        if angles.anyone[t]:  # the heading of any of the things, with a turn
+            turn = np.broadcast_to(turn.mean(axis=1, keepdims=True), turn.shape)
+        for one in (p, motions.beyond[h]):
+            if one >= 0 and one not in shifts:
+                parts = every.profiles.kind[one], every.profiles.length[one], every.profiles.width[one]
+                pairs = itertools.product(range(n), range(m))
+                near = [
+                    1 / area if parts[0] == EVEN else shift_density(*parts, steps[i, j], mean[i, j])
+                    for i, j in pairs
+                ]
+                shifts[one] = np.reshape(near, (n, m))
         near = shifts[p]
         if c >= 0:
             cosine = (steps * mean).sum(axis=-1) / np.maximum(r, 1e-12)
@@ -94,7 +100,9 @@ def by_enumeration(reid, snapshot, problem, every, seeing, prior):
             kappa = angles.course[c]
             course = np.sqrt(less) * np.exp(kappa * less * (cosine - 1)) / i0e(kappa)
             near = near * (angles.astray + (1 - angles.astray) * course)
-        density = (1 - motions.far[h]) * near * turn + motions.far[h] * far
+        beyond = motions.beyond[h]
+        moved = far if beyond < 0 else shifts[beyond] / (2 * np.pi)
+        density = (1 - motions.far[h]) * near * turn + motions.far[h] * moved
         view = (1 - motions.far[h]) * seeing.in_view[motions.scale[h]] + motions.far[h] * seeing.anywhere
         for q, (gone, new) in enumerate(zip(seeing.unseen, seeing.new, strict=True)):
             unseen = 1 - (1 - gone) * view
