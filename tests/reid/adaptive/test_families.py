@@ -156,8 +156,9 @@ def test_boxes_turned_by_a_half_or_a_quarter_are_no_misfit(parts):
     assert answer.confidence.min() > 0.95
 
 
-def test_what_an_earlier_version_learnt_still_counts():
-    motion = np.zeros((16, 6, 32))
+@pytest.mark.parametrize("shape", [(16, 6, 32), (19, 8, 32)])
+def test_what_an_earlier_version_learnt_still_counts(shape):
+    motion = np.zeros(shape)
     motion[0, 0] = -np.abs(np.arange(32) - 5.0)
     old = Disorder.from_json(
         {
@@ -170,6 +171,6 @@ def test_what_an_earlier_version_learnt_still_counts():
     scene = things(np.random.default_rng(0).random((5, 2)), np.zeros(5))
     kept = AdaptiveReid(scene, disorder=old).disorder
     assert kept.snapshots == 3
-    np.testing.assert_array_equal(kept.motion[:16, :6], motion - 40)
-    assert kept.motion[16:].max() == old.motion.min()
+    np.testing.assert_array_equal(kept.motion[: shape[0], : shape[1]], motion - 40)
+    assert kept.motion[shape[0] :].max() == old.motion.min()
     np.testing.assert_array_equal(kept.rates, [0, -1, -2, -2, -3, -4, -5, -5])
