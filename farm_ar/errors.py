@@ -27,12 +27,15 @@ class InputError(ValueError):
 
     def __str__(self) -> str:
         where = f"{self.source}: {self.field}" if self.source else self.field
-        got = repr(self.got)
+        got = self._value()
         shown = got if len(got) <= LONGEST_VALUE else f"{got[:LONGEST_VALUE]} ..."
         expected = self.expected
         if len(expected) > LONGEST_WORDS:
             expected = f"{expected[:LONGEST_WORDS]} ..."
         return escaped(f"{where}: {expected}, got {shown}")
+
+    def _value(self) -> str:
+        return repr(self.got)
 
 
 class SceneError(InputError):
@@ -47,18 +50,11 @@ class SessionError(InputError):
     """A session's file that cannot be used, or a step that a session cannot take."""
 
 
-class _Nothing:
-    def __repr__(self) -> str:
-        return "nothing"
-
-
 class OptionError(InputError):
     """An option with a value outside what it allows; None is an option that was not given."""
 
-    def __str__(self) -> str:
-        if self.got is not None:
-            return super().__str__()
-        return str(InputError(self.field, self.expected, _Nothing(), self.source))
+    def _value(self) -> str:
+        return "nothing" if self.got is None else super()._value()
 
 
 class UnfinishedError(RuntimeError):
