@@ -98,11 +98,14 @@ def export(
     from farm_ar.cli.options import make_folder
     from farm_ar.cli.output import print_line, progress
     from farm_ar.envs import load_trace
+    from farm_ar.errors import OptionError
     from farm_ar.web.export import export as write
     from farm_ar.web.gallery import read_gallery
 
     failures = None if gallery is None else read_gallery(gallery)
     episodes = {path.stem: load_trace(path) for path in traces or []}
+    if len(episodes) < len(traces or []):
+        raise OptionError("--trace", "must be files of different names", [str(path) for path in traces or []])
     make_folder("DIR", folder)
     with progress("Recording") as report:
         written = write(folder, episodes, lambda share: report("Recording", share), failures)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from gymnasium import spaces
+from gymnasium.error import ResetNeeded
 
 from farm_ar.envs.env import FarmToTableEnv
 from farm_ar.errors import MissingPackageError, OptionError
@@ -60,6 +62,7 @@ class AdversaryAndHelperEnv(AECEnv):  # type: ignore[misc]  # PettingZoo has no 
         self.table = FarmToTableEnv(**arguments, **FIXED, visits=2 * rounds)
         self.render_mode = self.table.render_mode
         self.possible_agents = list(AGENTS)
+        self.agents: list[str] = []
         choices = self.table.action_space
         assert isinstance(choices, spaces.Discrete)
         self.observation_spaces = dict.fromkeys(AGENTS, self.table.observation_space)
@@ -75,6 +78,8 @@ class AdversaryAndHelperEnv(AECEnv):  # type: ignore[misc]  # PettingZoo has no 
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
         """Begin an episode; of the options `layout` and `camera` count, as in `FarmToTableEnv`."""
+        if not isinstance(options, Mapping | None):
+            raise OptionError("options", "must be a mapping with layout and camera, both optional", options)
         own = {name: value for name, value in (options or {}).items() if name in OWN_OPTIONS}
         self._seen, info = self.table.reset(seed=seed, options=own)
         self.agents = list(AGENTS)
@@ -86,12 +91,24 @@ class AdversaryAndHelperEnv(AECEnv):  # type: ignore[misc]  # PettingZoo has no 
         self._tell(info)
 
     def observe(self, agent: str) -> npt.NDArray[np.float32]:
-        """The table as it is."""
+        """The table as it is.
+
+        Raises:
+            gymnasium.error.ResetNeeded: no episode has begun.
+        """
+        if not hasattr(self, "_seen"):
+            raise ResetNeeded("there is nothing to look at before reset()")
         seen: npt.NDArray[np.float32] = self._seen.copy()
         return seen
 
     def step(self, action: int | None) -> None:
-        """The choice of the one whose turn it is."""
+        """The choice of the one whose turn it is.
+
+        Raises:
+            gymnasium.error.ResetNeeded: no episode has begun, or both have left the last one.
+        """
+        if not self.agents:
+            raise ResetNeeded("step() needs reset() first")
         agent = self.agent_selection
         if self.terminations[agent] or self.truncations[agent]:
             self._was_dead_step(action)

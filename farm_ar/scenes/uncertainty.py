@@ -9,6 +9,9 @@ import numpy as np
 from farm_ar.arrays import ANGLE, BoolArray, FloatArray, IntArray, Record, first_wrong, read_only
 from farm_ar.errors import SnapshotError
 
+LARGEST = 1e12
+"""Of a covariance's values, square metres and radians: places are within 1e6 metres."""
+
 
 @dataclass(frozen=True, eq=False)
 class Uncertainty(Record):
@@ -33,15 +36,22 @@ class Uncertainty(Record):
         n = len(np.atleast_1d(self.visible))
         shapes = {"covariance": (n, 3, 3), "visible": (n,), "runner_up_yaw": (n,), "runner_up_weight": (n,)}
         for name, shape in shapes.items():
-            array = read_only(getattr(self, name), np.float64, empty=(0, *shape[1:]))
+            try:
+                array = read_only(getattr(self, name), np.float64, empty=(0, *shape[1:]))
+            except (ValueError, TypeError):
+                value = getattr(self, name)
+                raise SnapshotError(
+                    f"uncertainty.{name}", f"must be numbers of shape {shape}", value
+                ) from None
             if array.shape != shape:
                 raise SnapshotError(f"uncertainty.{name}", f"must have shape {shape}", array.shape)
             object.__setattr__(self, name, array)
-        spread = self.covariance
-        symmetric = np.isfinite(spread).all(axis=(1, 2))
-        symmetric &= np.abs(spread - spread.transpose(0, 2, 1)).max(axis=(1, 2), initial=0.0) <= 1e-9
-        least = np.linalg.eigvalsh(np.where(symmetric[:, None, None], spread, 0.0)).min(axis=1, initial=0.0)
-        self._require("covariance", symmetric & (least >= -1e-12), "must be a covariance")
+        allowed: BoolArray = np.all(np.abs(self.covariance) <= LARGEST, axis=(1, 2))
+        spread = np.where(allowed[:, None, None], self.covariance, 0.0)
+        scale = np.maximum(1.0, np.abs(spread).max(axis=(1, 2), initial=0.0))
+        allowed &= np.abs(spread - spread.transpose(0, 2, 1)).max(axis=(1, 2), initial=0.0) <= 1e-9 * scale
+        allowed &= np.linalg.eigvalsh(spread).min(axis=1, initial=0.0) >= -1e-12 * scale
+        self._require("covariance", allowed, f"must be a covariance, symmetric, of at most {LARGEST:.0e}")
         self._require("visible", (self.visible >= 0) & (self.visible <= 1), "must be from 0 to 1")
         yaw, weight = self.runner_up_yaw, self.runner_up_weight
         none = np.isnan(yaw) & np.isnan(weight)

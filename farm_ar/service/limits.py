@@ -32,7 +32,7 @@ class ServiceLimits:
         answer_s: seconds after which a request is answered with "come again".
 
     Raises:
-        OptionError: one is not positive.
+        OptionError: one is not positive, or counts something and is no whole number.
     """
 
     most_bytes: int = 4 * 2**20
@@ -52,8 +52,11 @@ class ServiceLimits:
 
     def __post_init__(self) -> None:
         for one in fields(self):
-            if not getattr(self, one.name) > 0:
-                raise OptionError(one.name, "must be positive", getattr(self, one.name))
+            value, counts = getattr(self, one.name), one.type == "int"
+            right = isinstance(value, int if counts else int | float) and not isinstance(value, bool)
+            if not right or not value > 0:
+                expected = "must be positive" + (" and a whole number" * counts)
+                raise OptionError(one.name, expected, value)
 
 
 def check_texts(body: bytes, data: Mapping[str, object], most: int) -> None:

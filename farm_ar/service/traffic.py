@@ -146,7 +146,10 @@ class Traffic:
         there = self._listeners.get(name)
         if not there:
             return
-        served = None if gone else self.service.session(name)
+        try:
+            served = None if gone else self.service.session(name)
+        except RefusedError:  # deleted by who came next
+            served = None
         made: dict[Any, str] = {}
         for listener in list(there):
             if served is None:

@@ -34,7 +34,8 @@ def export(
         What was written.
 
     Raises:
-        OptionError: an episode is of an environment without the game, or has the name of a failure.
+        OptionError: an episode is of an environment without the game, or has the name of a failure or a
+            demonstration.
     """
     written = []
 
@@ -55,8 +56,9 @@ def export(
         write_json(f"recordings/{name}.json", recorded_script(name))
         report(done / works)
     for done, (name, trace) in enumerate(traces.items(), start=len(titles) + 1):
-        if name in cards:
-            raise OptionError("trace", "must have another name than the failures of the gallery", name)
+        if name in cards or name in titles:
+            expected = "must have another name than the demonstrations and the failures of the gallery"
+            raise OptionError("trace", expected, name)
         recording = recorded_trace(trace)
         titles[name] = f"{name}: {recording['title']}"
         write_json(f"recordings/{name}.json", recording)

@@ -12,11 +12,12 @@ from typing import Any
 import numpy as np
 
 from farm_ar.agents.stress import read_failures, replay_failure
-from farm_ar.agents.stress.failures import Replayed, names_code
+from farm_ar.agents.stress.failures import Replayed
 from farm_ar.agents.stress.study import known_case
 from farm_ar.errors import OptionError
 from farm_ar.game_logic.render_state import RenderState
 from farm_ar.geometry import wrap
+from farm_ar.reid import REIDENTIFIERS
 from farm_ar.scenes import Camera, Layout
 from farm_ar.web.telling import FRAMES_PER_SECOND, Json, told_moment, told_scene
 
@@ -48,7 +49,7 @@ def read_gallery(path: str | os.PathLike[str]) -> Failures:
     path = Path(path)
     failures = read_failures(path / "stress.json" if path.is_dir() else path)
     for failure in failures:
-        if names_code(failure["reid"]):
+        if failure["reid"] not in REIDENTIFIERS:
             expected = (
                 "must hold failures of methods that come with farm-ar (farm-ar stress-replay shows others)"
             )
@@ -87,6 +88,8 @@ def recorded_failure(failure: Mapping[str, Any]) -> Json:
         OptionError: it does not fit its scene.
     """
     again = replay_failure(failure)
+    if not again.truth:
+        raise OptionError("position", "must leave an object in view", failure["position"])
     scene, before = again.case.scene, again.case.layout
     camera, after = _with_height(again.case.camera, scene.diagonal), _after(before, failure)
     nothing = np.zeros(len(before), dtype=bool)
@@ -105,9 +108,11 @@ def recorded_failure(failure: Mapping[str, Any]) -> Json:
             now = start.with_poses(position, start.yaw + way * turn)
             shown.append(frames(now, before, nothing, "hand", f"{before.labels[i]} is moved"))
     believed, wrong = _believed(again, before, after)
-    verdict = f"{failure['reid']} gives {again.wrong} wrong labels"
+    answers = _answers(again)
+    count = sum(not one["right"] for one in answers["detections"])  # again.wrong is -1 where poses overlap
+    verdict = f"{failure['reid']} gives {count} wrong labels"
     last = frames(after, believed, wrong, "play", verdict)
-    shown += [{**last, "snapshot": _answers(again)}, *[last] * _count(AFTER_S)]
+    shown += [{**last, "snapshot": answers}, *[last] * _count(AFTER_S)]
     title = f"{verdict} after {100 * again.distance * scene.diagonal:.1f} cm"
     return {
         "kind": "recording",

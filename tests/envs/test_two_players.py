@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from gymnasium.error import ResetNeeded
 from pettingzoo.test import api_test, seed_test
 
 from farm_ar.envs.two_players import AdversaryAndHelperEnv, env
@@ -63,3 +64,17 @@ def test_only_whose_turn_it_is_has_choices():
 def test_what_two_players_cannot_have_is_refused(name, value):
     with pytest.raises(OptionError, match=f"^{name}: must be"):
         AdversaryAndHelperEnv(**{name: value})
+
+
+def test_there_is_nothing_before_a_reset_or_after_the_end():
+    table = env(**QUICK)
+    for use in (lambda: table.step(0), lambda: table.observe("helper_0")):
+        with pytest.raises(ResetNeeded):
+            use()
+    with pytest.raises(OptionError, match="options: must be a mapping"):
+        table.reset(options=5)
+    table.reset(seed=0)
+    while table.agents:
+        table.step(None if table.terminations[table.agent_selection] else 150)
+    with pytest.raises(ResetNeeded):
+        table.step(0)

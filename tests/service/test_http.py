@@ -481,3 +481,34 @@ def test_without_the_extra_a_line_says_what_to_install(tmp_path: Path, package: 
     assert done.returncode == 2
     assert f"the service needs {package}: pip install 'farm-ar[service]'" in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_who_was_answered_before_a_deletion_keeps_the_answer() -> None:
+    """The session may be gone by the time that its listeners are to be told."""
+    service = Service(Store(None))
+    traffic = Traffic(service, ServiceLimits(), 1)
+    call, scene = service.call, lab()
+    body = json.dumps(snapshot_body(seen_in(scene))).encode()
+
+    def and_gone(name: str, action: str, body: bytes) -> Any:
+        answer = call(name, action, body)
+        call(name, "delete", b"")
+        return answer
+
+    async def play() -> None:
+        await traffic.ask("room", "layout", json.dumps(layout_body(scene)).encode())
+        listener = await traffic.listen("room", "unity")
+        service.call = and_gone  # type: ignore[method-assign]
+        assert (await traffic.ask("room", "snapshots", body)).status == 200
+        assert listener.events.get_nowait() is None
+
+    asyncio.run(play())
+    traffic.close()
+
+
+@pytest.mark.parametrize("value", [0, -1, 2.5, 0.5, True, "5", None, float("nan")])
+def test_a_limit_that_counts_is_a_whole_number(value: Any) -> None:
+    with pytest.raises(OptionError, match="most_history: must be positive and a whole number"):
+        ServiceLimits(most_history=value)
+    with pytest.raises(OptionError, match="answer_s: must be positive"):
+        ServiceLimits(answer_s="5")  # type: ignore[arg-type]

@@ -6,8 +6,13 @@ import numpy as np
 import pytest
 
 from farm_ar.agents.stress import ReportError, replay_failure
+from farm_ar.cli.page import export as command
+from farm_ar.envs import save_trace
 from farm_ar.errors import OptionError
+from farm_ar.web.export import export
 from farm_ar.web.gallery import cards_of, read_gallery, recorded_failure, shipped_gallery
+from farm_ar.web.game import Game
+from farm_ar.web.recordings import demonstrations
 
 
 @pytest.mark.parametrize("failure", shipped_gallery(), ids=lambda one: f"{one['reid']}-{one['case']}")
@@ -73,6 +78,7 @@ def test_a_room_of_another_size_is_shown_too(tmp_path) -> None:
     ("other", "error", "field"),
     [
         ({"reid": "my_module:MyReid"}, OptionError, "gallery"),
+        ({"reid": "<script>alert(1)</script>"}, OptionError, "gallery"),
         ({"yaw": [0.0]}, ReportError, "yaw"),
         ({"position": [[0.1, 0.1]], "yaw": [0.0]}, OptionError, "position"),
         ({"scene": "nowhere"}, OptionError, "scene"),
@@ -87,3 +93,27 @@ def test_what_cannot_be_shown_is_refused_by_name(tmp_path, other, error, field) 
 def test_a_folder_without_a_stress_test_is_refused(tmp_path) -> None:
     with pytest.raises(ReportError, match=r"stress\.json"):
         read_gallery(tmp_path)
+
+
+def test_poses_without_anything_in_view_are_no_recording_and_overlapping_ones_are_counted(tmp_path) -> None:
+    (failure,) = read_gallery(write(tmp_path, position=11 * [[-50.0, -50.0]]))
+    with pytest.raises(OptionError, match="position: must leave an object in view"):
+        recorded_failure(failure)
+    (failure,) = read_gallery(write(tmp_path, position=11 * [[0.5, 0.5]]))
+    recording = recorded_failure(failure)
+    (said,) = [one["snapshot"] for one in recording["frames"] if "snapshot" in one]
+    count = sum(not one["right"] for one in said["detections"])
+    assert recording["title"].startswith(f"{failure['reid']} gives {count} wrong labels")
+
+
+def test_an_episode_takes_no_other_recordings_name(tmp_path) -> None:
+    trace = Game(seed=1).trace()
+    for name in (next(iter(demonstrations())), "failure-0"):
+        with pytest.raises(OptionError, match="trace: must have another name"):
+            export(tmp_path, {name: trace})
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+        save_trace(trace, tmp_path / folder / "mine.json")
+    traces = [tmp_path / folder / "mine.json" for folder in ("a", "b")]
+    with pytest.raises(OptionError, match="--trace: must be files of different names"):
+        command(tmp_path / "page", traces)

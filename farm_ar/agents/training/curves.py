@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -61,9 +62,15 @@ def curves_of(runs: Sequence[str], which: str = "evaluations") -> tuple[list[Cur
 
     Raises:
         RunError: a folder is no run's, or has no curve yet.
-        OptionError: the runs are of environments with other returns.
+        OptionError: there are none, one is there twice, or they are of environments with other returns.
     """
+    if not runs:
+        raise OptionError("run", "must be at least one folder", None)
     read = [(Path(run), RunFolder(Path(run)).read()) for run in runs]
+    places = [path.resolve() for path, _ in read]
+    for path, _ in read:
+        if places.count(path.resolve()) > 1:
+            raise OptionError("run", "must be given once, or it would count as several seeds", str(path))
     for path, run in read:
         if (run.env, _scored(run)) != (read[0][1].env, _scored(read[0][1])):
             expected = f"must be of the same environment, with the same arguments, as {read[0][0]}"
@@ -127,16 +134,22 @@ def save(figure: Figure, path: Path) -> None:
 
 def _points(path: Path, which: str) -> tuple[FloatArray, FloatArray]:
     """(S,) steps and (S,) mean returns of a run."""
-    rows = read_table(path / TABLES[which])
     try:
+        rows = read_table(path / TABLES[which])
         points = np.array([(row["steps"], row["mean_return"]) for row in rows], dtype=np.float64)
     except KeyError as missing:
         raise RunError(TABLES[which], f"must have the column {missing}", "none", str(path)) from None
+    except (OSError, ValueError, TypeError, csv.Error) as problem:
+        expected = "must be a table of numbers, as farm-ar train wrote it"
+        raise RunError(TABLES[which], expected, " ".join(str(problem).split()), str(path)) from None
     if len(points) == 0 or not np.isfinite(points).all():
         raise RunError(
             TABLES[which], "must hold finite numbers; the run has not come so far", "none", str(path)
         )
-    return points[:, 0], points[:, 1]
+    steps = points[:, 0]
+    if not (np.diff(steps) > 0).all():
+        raise RunError(TABLES[which], "must have steps that rise from row to row", steps.tolist(), str(path))
+    return steps, points[:, 1]
 
 
 def _curve(name: str, points: Sequence[tuple[FloatArray, FloatArray]]) -> Curve:

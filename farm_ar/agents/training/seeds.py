@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+import json
 import shutil
 import tarfile
 import tempfile
@@ -16,6 +17,7 @@ from uuid import uuid4
 
 from farm_ar.agents.training.recipes import recipe_from, settings_of
 from farm_ar.agents.training.run_folder import BEST, CHECKPOINTS, Run, RunFolder, read_table
+from farm_ar.errors import OptionError
 from farm_ar.sweeps import Executor, Outcome, Store, Sweep, Watcher, run_sweep
 
 STORE = "seeds.sqlite"
@@ -42,8 +44,14 @@ def train_seeds(
     Raises:
         UnfinishedSweepError: a seed gave no result; the folders of the others are there.
         StoreError: the store cannot be used.
+        RunError: a seed's folder is there and is no run's.
+        OptionError: a seed's folder is of another run.
     """
-    values = asdict(replace(run, seed=0)) | {"recipe": run.recipe.as_dict()}
+    values = _values(run)
+    for path in (home / f"seed-{seed}" for seed in seeds):
+        if path.exists() and _plain(RunFolder(path).read()) != _plain(run):
+            expected = "must be another folder, as this seed is there from a training with other arguments"
+            raise OptionError("run", expected, str(path))
     sweep = Sweep("seeds", train_one, [{"run": values}], seeds)
     with Store(home / STORE) as store:
         results = run_sweep(sweep, store, executor, watch=watch)
@@ -75,6 +83,16 @@ def train_one(seed: int, run: dict[str, Any]) -> Outcome:
         rows = read_table(folder.path / "evaluations.csv")
         packed = _pack(folder)
     return Outcome([*rows, {"learnt": learnt.hexdigest()}], [{"folder": packed}])
+
+
+def _values(run: Run) -> dict[str, Any]:
+    """A run as JSON values, whatever its seed."""
+    return asdict(replace(run, seed=0)) | {"recipe": run.recipe.as_dict()}
+
+
+def _plain(run: Run) -> str:
+    """The same, whatever the order of what it holds."""
+    return json.dumps(_values(run), sort_keys=True)
 
 
 def _pack(folder: RunFolder) -> str:

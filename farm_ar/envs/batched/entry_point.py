@@ -11,7 +11,7 @@ from gymnasium.envs.registration import registry
 from gymnasium.vector import AsyncVectorEnv, AutoresetMode, SyncVectorEnv, VectorEnv
 
 from farm_ar.envs.batched.coverage import obstacle
-from farm_ar.envs.batched.vector_env import BatchedVectorEnv, mode_of, processors
+from farm_ar.envs.batched.vector_env import MOST_ENVS, BatchedVectorEnv, mode_of, processors, whole
 from farm_ar.envs.config import EnvConfig
 from farm_ar.envs.env import FarmToTableEnv
 from farm_ar.envs.generator import scene_of
@@ -62,6 +62,7 @@ def make_vector_env(
     Raises:
         OptionError: an argument is wrong.
     """
+    num_envs = whole("num_envs", num_envs, MOST_ENVS)
     config = EnvConfig(**arguments)
     found = obstacle(config, scene_of(config.scene, config.game))
     if found is None:

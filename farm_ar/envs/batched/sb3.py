@@ -40,8 +40,8 @@ class BatchedVecEnv(VecEnv):
         self, num_envs: int, threads: int | None = None, monitor: bool = False, **arguments: Any
     ) -> None:
         self._monitor, self._begun = monitor, time.time()
-        self._total, self._length = np.zeros(num_envs), np.zeros(num_envs, dtype=np.int64)
         self.batch = BatchedVectorEnv(num_envs, AutoresetMode.SAME_STEP, threads, **arguments)
+        self._total, self._length = np.zeros(num_envs), np.zeros(num_envs, dtype=np.int64)
         self._actions: npt.NDArray[Any] = np.zeros(0)
         super().__init__(num_envs, self.batch.single_observation_space, self.batch.single_action_space)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
@@ -37,7 +38,10 @@ from farm_ar.envs.rewards import EFFORT, REWARDS
 from farm_ar.errors import OptionError
 from farm_ar.game_logic.headset import field_of_view
 from farm_ar.game_logic.visibility import eyes_of
-from farm_ar.structs import Structs
+from farm_ar.structs import Structs, words_of
+
+MOST_ENVS = 1_000_000
+"""Environments in a batch at most."""
 
 _SMALLEST_PART = 32
 """Environments for which a thread of its own is worth it."""
@@ -66,8 +70,8 @@ class BatchedVectorEnv(VectorEnv[Any, Any, Any]):
         threads: int | None = None,
         **arguments: Any,
     ) -> None:
-        self.num_envs = _whole("num_envs", num_envs)
-        self._threads = _whole("threads", processors() if threads is None else threads)
+        self.num_envs = whole("num_envs", num_envs, MOST_ENVS)
+        self._threads = whole("threads", processors() if threads is None else threads)
         self._mode = mode_of(autoreset_mode)
         self.config = config = EnvConfig(**arguments)
         self._scene = scene = scene_of(config.scene, config.game)
@@ -97,6 +101,17 @@ class BatchedVectorEnv(VectorEnv[Any, Any, Any]):
         self._begun, self._over = np.zeros(self.num_envs, dtype=bool), np.zeros(self.num_envs, dtype=bool)
         self._set: dict[str, tuple[Any, ...]] = {}
         self._pool: ThreadPoolExecutor | None = None
+        self._busy = threading.Lock()
+
+    def __getstate__(self) -> dict[str, Any]:
+        """All but the threads and what is another view of the bodies' memory."""
+        return vars(self) | {"_pool": None, "_busy": None, "_batch": self._batch._replace(places=np.empty(0))}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        bodies: Any = self._batch.bodies
+        self._batch = self._batch._replace(places=words_of(bodies))
+        self._busy = threading.Lock()
 
     def reset(
         self,
@@ -114,7 +129,12 @@ class BatchedVectorEnv(VectorEnv[Any, Any, Any]):
 
         Raises:
             OptionError: an option or a seed cannot be used.
+            gymnasium.error.ClosedEnvironmentError: they are closed.
         """
+        self._check_open()
+        if not isinstance(options, Mapping | None):
+            expected = "must be a mapping with layout, camera and reset_mask, all optional"
+            raise OptionError("options", expected, options)
         asked = dict(options or {})
         mask = _mask(asked.pop("reset_mask", None), self.num_envs)
         seeds = _seeds(seed, self.num_envs)
@@ -139,7 +159,9 @@ class BatchedVectorEnv(VectorEnv[Any, Any, Any]):
         Raises:
             gymnasium.error.ResetNeeded: one has not begun, or is over and the mode does not begin another.
             gymnasium.error.InvalidAction: they have the wrong shape, or one is no choice that there is.
+            gymnasium.error.ClosedEnvironmentError: they are closed.
         """
+        self._check_open()
         if not self._begun.all():
             raise gym.error.ResetNeeded("step() needs reset() of all environments first")
         if self._mode is AutoresetMode.DISABLED and self._over.any():
@@ -232,12 +254,25 @@ class BatchedVectorEnv(VectorEnv[Any, Any, Any]):
             self._pool = None
 
     def _advance(self, stages: npt.NDArray[np.int64], actions: Any = None) -> None:
-        """Have all go through their stages."""
-        self._batch.tables["stage"] = stages
-        if actions is None:
-            actions = np.zeros((self.num_envs, 1))
-        while self._play(actions):
-            self._herds = building.with_more_room(self._herds)
+        """Have all go through their stages.
+
+        Raises:
+            RuntimeError: another thread has them do so.
+        """
+        if not self._busy.acquire(blocking=False):
+            raise RuntimeError("a batch must be played by one thread at a time")
+        try:
+            self._batch.tables["stage"] = stages
+            if actions is None:
+                actions = np.zeros((self.num_envs, 1))
+            while self._play(actions):
+                self._herds = building.with_more_room(self._herds)
+        finally:
+            self._busy.release()
+
+    def _check_open(self) -> None:
+        if self.closed:
+            raise gym.error.ClosedEnvironmentError("the environments are closed; make them anew")
 
     def _play(self, actions: Any) -> int:
         """The compiled call, in parts on several threads; how many environments lack room."""
@@ -271,12 +306,12 @@ class BatchedVectorEnv(VectorEnv[Any, Any, Any]):
             gymnasium.error.InvalidAction: they cannot.
         """
         space = self.single_action_space
-        given = np.asarray(actions)
-        shape = (self.num_envs, *(space.shape or ()))
+        given, shape = _array(actions), (self.num_envs, *(space.shape or ()))
         if given.shape != shape or given.dtype.kind not in ("iu" if self._discrete else "biuf"):
-            expected = f"must be numbers of shape {shape}"
+            expected = f"must be numbers of shape {shape}" + (" and of an integer type" * self._discrete)
             raise gym.error.InvalidAction(f"actions: {expected}, got {given.dtype} of {given.shape}")
-        values = given.astype(np.float64)
+        with np.errstate(over="ignore"):  # what is too large is refused below
+            values = given.astype(np.float64)
         right = np.isfinite(values)
         if self._most is not None:
             right = (values >= 0) & (values < self._most)
@@ -351,17 +386,32 @@ def mode_of(mode: AutoresetMode | str) -> AutoresetMode:
         raise OptionError("autoreset_mode", f"must be one of {known}", mode) from None
 
 
-def _whole(name: str, value: Any) -> int:
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
-        raise OptionError(name, "must be a whole number not below 1", value)
+def whole(name: str, value: Any, most: int | None = None) -> int:
+    """A whole number of at least 1.
+
+    Raises:
+        OptionError: it is none, or more than `most`.
+    """
+    right = isinstance(value, int | np.integer) and not isinstance(value, bool) and value >= 1
+    if not right or (most is not None and value > most):
+        limits = "not below 1" if most is None else f"from 1 to {most}"
+        raise OptionError(name, f"must be a whole number {limits}", value)
     return int(value)
+
+
+def _array(given: Any) -> npt.NDArray[Any]:
+    """As an array; of objects where rows are not of one length."""
+    try:
+        return np.asarray(given)
+    except ValueError:
+        return np.array(None)
 
 
 def _mask(given: Any, count: int) -> BoolArray:
     """(B,) which environments are to begin."""
     if given is None:
         return np.ones(count, dtype=bool)
-    mask = np.asarray(given)
+    mask = _array(given)
     if mask.shape != (count,) or mask.dtype != np.bool_ or not mask.any():
         raise OptionError("options.reset_mask", f"must be ({count},) booleans, at least one true", given)
     return mask
@@ -372,8 +422,16 @@ def _seeds(seed: Any, count: int) -> list[int | None]:
     if seed is None:
         return [None] * count
     if isinstance(seed, int | np.integer):
-        return [int(seed) + k for k in range(count)]
-    seeds = [None if one is None else int(one) for one in seed]
-    if len(seeds) != count:
-        raise OptionError("seed", f"must be one for each of {count} environments", len(seeds))
-    return seeds
+        return [_seed("seed", seed) + k for k in range(count)]
+    listed = seed.ndim == 1 if isinstance(seed, np.ndarray) else isinstance(seed, Sequence)
+    if not listed or isinstance(seed, str | bytes):
+        raise OptionError("seed", f"must be a whole number, or a sequence of {count}", seed)
+    if len(seed) != count:
+        raise OptionError("seed", f"must be one for each of {count} environments", len(seed))
+    return [None if one is None else _seed(f"seed[{b}]", one) for b, one in enumerate(seed)]
+
+
+def _seed(name: str, seed: Any) -> int:
+    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
+        raise OptionError(name, "must be a whole number not below 0", seed)
+    return int(seed)

@@ -1,5 +1,7 @@
 """Learning curves of several runs: what is averaged, which lines stand beside them, and what is refused."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -90,3 +92,38 @@ def test_names_of_lines_that_lie_together_stand_apart(made):
     assert heights["low"] == 0.5
     assert heights["high"] == 0.9
     assert heights["also low"] - 0.5 >= 0.04 * (high - low)
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        b"\xff\xfe",
+        b"hello\nworld\n",
+        b"steps,mean_return\n1\n",
+        b"steps,mean_return\n1,2,3\n",
+        b"steps,mean_return\n" + 200_000 * b"1" + b",2\n",
+        b"steps,mean_return\n10,1\n0,5\n5,2\n",
+        b"steps,mean_return\n1,1\n1,2\n",
+        None,
+    ],
+)
+def test_a_damaged_table_is_refused_by_its_name(made, table):
+    run = made("a", [(0, 0.0)])
+    path = Path(run) / "evaluations.csv"
+    path.unlink()
+    if table is None:
+        path.mkdir()
+    else:
+        path.write_bytes(table)
+    with pytest.raises(RunError, match=r"evaluations\.csv: must"):
+        curves_of([run])
+
+
+def test_a_run_is_no_two_seeds(made, tmp_path):
+    run = made("a", [(0, 0.0), (10, 1.0)])
+    (tmp_path / "link").symlink_to(run)
+    for other in (run, str(tmp_path / "link")):
+        with pytest.raises(OptionError, match="run: must be given once"):
+            curves_of([run, other])
+    with pytest.raises(OptionError, match="run: must be at least one"):
+        curves_of([])

@@ -2,12 +2,14 @@
 
 from dataclasses import replace
 
+import pytest
 from typer.testing import CliRunner
 
 from farm_ar.agents.training.run_folder import BEST, RunFolder
 from farm_ar.agents.training.seeds import STORE, train_seeds
 from farm_ar.agents.training.training import train
 from farm_ar.cli.program import app
+from farm_ar.errors import OptionError
 from farm_ar.sweeps import SerialExecutor, Store
 
 
@@ -23,6 +25,9 @@ def test_each_seed_is_the_run_of_that_seed_and_is_trained_once(tiny, tmp_path):
     assert curves[0] == curves[1]
     assert RunFolder(folders[1]).read() == RunFolder(tmp_path / "alone").read() == replace(run, seed=4)
     assert RunFolder(folders[1]).newest(BEST).name == RunFolder(tmp_path / "alone").newest(BEST).name
+    other = replace(run, eval_episodes=run.eval_episodes + 1)
+    with pytest.raises(OptionError, match="run: must be another folder"):
+        train_seeds(other, [3], tmp_path / "beside", SerialExecutor())
     with Store(tmp_path / "beside" / STORE, create=False) as store:
         learnt = [outcome.rows[-1]["learnt"] for outcome in store.results("seeds").outcomes()]
     assert len({*learnt}) == 2

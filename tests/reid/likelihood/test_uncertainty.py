@@ -151,3 +151,30 @@ def test_what_cannot_be_is_refused(change, field):
         Uncertainty(**right | change)
     with pytest.raises(SnapshotError, match="uncertainty"):
         snapshot(np.zeros((2, 2)), np.zeros(2), Uncertainty(**right))
+
+
+@pytest.mark.parametrize(
+    "covariance",
+    [
+        np.full((3, 3), np.inf),
+        np.diag([np.inf, 1.0, 1.0]),
+        np.eye(3) * 1e308,
+        -np.eye(3),
+        np.eye(3) + np.eye(3, k=1) / 10,
+        "abc",
+        [[1.0], [1.0, 2.0]],
+    ],
+)
+def test_what_is_no_covariance_is_refused_without_a_word_from_numpy(covariance):
+    nan = np.array([np.nan])
+    given = covariance if isinstance(covariance, str | list) else covariance[None]
+    with pytest.raises(SnapshotError, match=r"uncertainty\.covariance(\[0\])?: must be"):
+        Uncertainty(given, np.array([1.0]), nan, nan)
+
+
+@pytest.mark.parametrize("scale", [1e-8, 1.0, 1e3, 1e6, 1e10])
+def test_rounding_in_a_large_covariance_is_not_held_against_it(scale, rng):
+    nan = np.full(50, np.nan)
+    root = rng.normal(size=(50, 3, 2)) * np.sqrt(scale / 10)  # rank 2: the least eigenvalue is 0
+    covariance = root @ root.transpose(0, 2, 1)
+    assert len(Uncertainty(covariance, np.ones(50), nan, nan)) == 50
