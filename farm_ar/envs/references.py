@@ -1,4 +1,4 @@
-"""What an episode of each id is worth to policies that are known, and which seeds are for training.
+"""Returns of known policies on each id, and which seeds are for training.
 
 The numbers are those of `reference_returns.json`, which `python benchmarks/reference_returns.py` writes.
 """

@@ -12,6 +12,9 @@ from farm_ar.errors import SnapshotError
 LARGEST = 1e12
 """Of a covariance's values, square metres and radians: places are within 1e6 metres."""
 
+_ROUNDING = 1e-6
+"""By how much of its largest entry a covariance may miss being one: detectors compute in single precision."""
+
 
 @dataclass(frozen=True, eq=False)
 class Uncertainty(Record):
@@ -48,9 +51,9 @@ class Uncertainty(Record):
             object.__setattr__(self, name, array)
         allowed: BoolArray = np.all(np.abs(self.covariance) <= LARGEST, axis=(1, 2))
         spread = np.where(allowed[:, None, None], self.covariance, 0.0)
-        scale = np.maximum(1.0, np.abs(spread).max(axis=(1, 2), initial=0.0))
-        allowed &= np.abs(spread - spread.transpose(0, 2, 1)).max(axis=(1, 2), initial=0.0) <= 1e-9 * scale
-        allowed &= np.linalg.eigvalsh(spread).min(axis=1, initial=0.0) >= -1e-12 * scale
+        rounding = _ROUNDING * np.abs(spread).max(axis=(1, 2), initial=0.0)
+        allowed &= np.abs(spread - spread.transpose(0, 2, 1)).max(axis=(1, 2), initial=0.0) <= rounding
+        allowed &= np.linalg.eigvalsh(spread).min(axis=1, initial=0.0) >= -rounding
         self._require("covariance", allowed, f"must be a covariance, symmetric, of at most {LARGEST:.0e}")
         self._require("visible", (self.visible >= 0) & (self.visible <= 1), "must be from 0 to 1")
         yaw, weight = self.runner_up_yaw, self.runner_up_weight

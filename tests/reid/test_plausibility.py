@@ -449,6 +449,22 @@ def test_all_motions_that_fit_equally_well_are_found():
     assert RigidMotion(one[:2], one[2:4], one[4]).position(detected) == pytest.approx(lone, abs=1e-4)
 
 
+def test_the_prior_of_motions_that_fit_as_well_is_that_of_laplaces_approximation():
+    """Where each thing fits one label, and no other: what is left over has the least spread then."""
+    labels = np.array([(0.0, 0.0), (3.0, 0.4), (1.0, 7.0), (9.0, 2.0)])
+    spacing, extent, turn, shift, width = 1.0, 9.5, 0.3, np.array([2.0, -1.0]), 0.15
+    cosine, sine = np.cos(turn), np.sin(turn)
+    middle = labels.mean(axis=0)
+    detected = middle + (labels - middle - shift) @ np.array([[cosine, sine], [-sine, cosine]])
+    (found,) = best_motions(detected, np.ones((4, 4), dtype=bool), labels, spacing, extent)
+    near = 0.7 * multivariate_normal.pdf(np.zeros(2), np.zeros(2), width**2) / 4
+    total, spread = 4 * near / (near + 0.3 / extent**2), 0.03 * spacing
+    arm = np.sqrt(((labels - middle) ** 2).sum(axis=1).mean()) + spread
+    density = extent / (2 * np.pi * (extent**2 + shift @ shift) ** 1.5) / (2 * np.pi)
+    volume = 2 * np.pi * spread**2 / total * np.sqrt(2 * np.pi / total) * spread / arm
+    assert found[5] == pytest.approx(np.log(density * volume), abs=1e-3)
+
+
 def test_what_follows_from_a_scene_is_worked_out_once_for_each():
     scene = world(seed=3)
     assert places_of(scene) is places_of(scene)

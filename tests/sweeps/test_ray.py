@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 import warnings
+from collections import deque
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from typer.testing import CliRunner
 from farm_ar.cli.program import app
 from farm_ar.errors import OptionError
 from farm_ar.sweeps import RayExecutor, SerialExecutor, Store, Sweep, grid, make_executor, run_sweep
+from farm_ar.sweeps.executors import ray
 from farm_ar.sweeps.results import as_csv
 
 MODULES = Path(__file__).parent / "modules"
@@ -130,6 +132,19 @@ def test_a_machine_that_is_killed_costs_nothing_but_time(machines, cluster, tmp_
     assert capfd.readouterr().out == "", "where a command's results go"
     run_sweep(sweep, tmp_path / "two", SerialExecutor())
     assert contents(tmp_path / "one", "killed") == contents(tmp_path / "two", "killed")
+
+
+def test_a_unit_that_loses_four_machines_is_given_up_and_its_neighbour_is_not():
+    frail, sound = where("frail", 2).units
+    executor = RayExecutor.__new__(RayExecutor)  # without a cluster
+    executor._lost, executor._waiting = {}, deque()
+    for task in ([frail, sound], [frail], [frail]):
+        assert executor._on_a_lost_machine(ray._Task(task, 0.0)) == []
+        assert list(executor._waiting) == task
+        executor._waiting.clear()
+    (given_up,) = executor._on_a_lost_machine(ray._Task([frail, sound], 0.0))
+    assert (given_up.unit, given_up.killed) == (frail, True)
+    assert list(executor._waiting) == [sound]
 
 
 def test_a_machine_that_comes_later_gets_work(machines, cluster):

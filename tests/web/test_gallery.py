@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from farm_ar.agents.stress import ReportError, replay_failure
+from farm_ar.agents.stress.study import known_case
 from farm_ar.cli.page import export as command
 from farm_ar.envs import save_trace
 from farm_ar.errors import OptionError
@@ -60,9 +61,18 @@ def test_a_run_of_the_stress_test_is_read_by_its_folder_or_its_file(tmp_path) ->
     assert card["title"].startswith(f"{failure['reid']}: {failure['wrong']} wrong")
 
 
-def test_a_room_of_another_size_is_shown_too(tmp_path) -> None:
-    from farm_ar.agents.stress.study import known_case
+def test_a_card_says_how_far_things_are_moved_all_together() -> None:
+    failures = shipped_gallery()
+    for failure, card in zip(failures, cards_of(failures).values(), strict=True):
+        case = known_case(failure["scene"], failure["case"], failure["jitter"], failure["seed"])
+        ways = np.array(card["ways"])
+        turn = np.array(failure["yaw"]) - case.layout.yaw
+        diagonal = np.hypot(card["width"], card["depth"])
+        metres = np.hypot(*(ways[:, 2:] - ways[:, :2]).T).sum() + diagonal * np.abs(np.sin(turn / 2)).sum()
+        assert float(card["title"].split()[-2]) == pytest.approx(100 * metres, abs=0.6)
 
+
+def test_a_room_of_another_size_is_shown_too(tmp_path) -> None:
     layout = known_case("L1", 0, "none", 0).layout
     position, yaw = layout.position.tolist(), layout.yaw.tolist()
     position[0][0] += 0.5

@@ -173,15 +173,7 @@ def known_from_dict(scene: Scene, values: Mapping[str, Any] | None) -> State:
         scene,
         None if frame is None else Aligned(frame["x"], frame["z"], radians(frame["yaw_deg"])),
         look,
-        {
-            label: (
-                one["x"],
-                one["z"],
-                np.nan if one["yaw_deg"] is None else radians(one["yaw_deg"]),
-                one["y"],
-            )
-            for label, one in values["seen"].items()
-        },
+        {label: _row(one) for label, one in values["seen"].items()},
         frozenset(values["viewed"]),
         values["confirmed"],
         tuple(values["lost"]),

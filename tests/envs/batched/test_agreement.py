@@ -224,3 +224,27 @@ def test_layout_and_camera_can_be_given_for_all():
         seen, *_ = alone.step(actions[1])
         if over[1]:
             break
+
+
+def test_begun_anew_a_batch_goes_on_like_each_by_itself():
+    """With a layout, which is that of this episode only; without; with a seed, also where there was one."""
+    arguments = {"control": "layout", "carry": "lift", "play_seconds": 0.0}
+    batch, alone = BatchedVectorEnv(2, **arguments), FarmToTableEnv(**arguments)
+    farm, rng = builtin_scene("farm"), np.random.default_rng(0)
+    moved = {"position": farm.layout.position + 0.01, "yaw": farm.layout.yaw + 0.1}
+    for seeds, options in (([5, 6], {}), (None, {"layout": moved}), (None, {}), ([None, 6], {})):
+        observed, _ = batch.reset(seed=seeds, options=options)
+        seen, _ = alone.reset(seed=seeds and seeds[1], options=options)
+        for name in seen:
+            np.testing.assert_array_equal(observed[name][1], seen[name])
+        actions = sampled(rng, batch.single_action_space, 2)
+        observed, reward, over, _, _ = batch.step(actions)
+        seen, paid, ended, _, _ = alone.step(actions[1])
+        assert (reward[1], over[1]) == (paid, ended) == (paid, True)
+        if options:
+            observed, _, over, _, _ = batch.step(actions)
+            seen, _ = alone.reset()
+            assert not over.any()
+        for name in seen:
+            np.testing.assert_array_equal(observed[name][1], seen[name])
+    assert batch.np_random_seed == (5, 6)

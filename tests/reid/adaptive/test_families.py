@@ -4,9 +4,14 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from farm_ar.reid import AdaptiveReid, Disorder, SquaredDistanceReid
+from farm_ar.reid import AdaptiveOptions, AdaptiveReid, Disorder, SquaredDistanceReid
 from farm_ar.reid.adaptive.common import BEND_SD, best_motion
+from farm_ar.reid.adaptive.densities import SWINGS
+from farm_ar.reid.adaptive.hypotheses import MOST_SCALES, hypotheses
+from farm_ar.reid.adaptive.inference import tabulated
+from farm_ar.reid.adaptive.learning import common_of
 from farm_ar.reid.adaptive.records import BENDING, STREAMING, TOGETHER, TURNING
+from farm_ar.reid.adaptive.screening import freedom_of
 from farm_ar.scenes import Camera, Detections, FieldOfView, Layout, Scene, Snapshot
 
 EVERYWHERE = FieldOfView(np.pi, np.pi, 1e4)
@@ -90,6 +95,25 @@ def test_a_shared_bending_is_that_of_ridge_regression_and_its_freedom_that_of_it
     evidence = sum(stats.multivariate_normal(np.zeros(9), spread).logpdf(y[:, k]) for k in range(2))
     best = stats.norm(x @ bend.T, length).logpdf(y).sum()
     assert found.freedom == pytest.approx(evidence - best)
+
+
+def test_a_shared_turn_costs_what_of_its_prior_the_turns_leave():
+    pairs, belief = pairs_of(4)
+    own, every = belief > 0, hypotheses(AdaptiveOptions(), MOST_SCALES)
+    table = tabulated(pairs, every.profiles, every.angles)
+    common_of(pairs, every.profiles, np.flatnonzero(own), table)
+    turn = stats.circmean(np.arctan2(pairs.turn_sine[own], pairs.turn[own]))
+    prior = 0.5 / (2 * np.pi) + 0.5 * stats.vonmises(SWINGS).pdf(turn)
+    shared = 0
+    for h, t in enumerate(every.motions.heading):
+        cost = freedom_of(h, every.motions, table) - table.penalty[every.motions.profile[h]]
+        if every.angles.shared[t]:
+            shared += 1
+            assert cost == pytest.approx(np.log(np.sqrt(2 * np.pi / (9 * every.angles.turn[t])) * prior))
+            assert cost < 0
+        else:
+            assert cost == 0
+    assert shared > 0
 
 
 def test_headings_of_a_flock_that_all_go_one_way_do_not_tell_who_is_who():

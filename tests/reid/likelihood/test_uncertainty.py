@@ -17,7 +17,7 @@ from farm_ar.reid import (
     association_marginals,
     identify,
 )
-from farm_ar.scenes import Camera, Detections, FieldOfView, Layout, Scene, Snapshot, Uncertainty
+from farm_ar.scenes import Bounds, Camera, Detections, FieldOfView, Layout, Scene, Snapshot, Uncertainty
 
 AWAY = Camera(np.array([100.0, 100.0]), np.array(0.0), FieldOfView(0.3, 0.3, 2.0))
 MOTION, USUAL = Motion(1.0, 0.2, 0.3), DetectionNoise(0.01, 0.02)
@@ -129,10 +129,41 @@ def test_what_is_known_of_errors_goes_with_its_detection_and_turns_with_the_fram
     np.testing.assert_allclose(along.turned(turn).covariance[0, :2, :2], np.outer(moved, moved), atol=1e-12)
 
 
+def test_errors_count_alike_in_a_room_that_is_turned():
+    rng, corners = np.random.default_rng(3), np.array([(0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (0.0, 3.0)])
+    place, heading = rng.uniform(1.0, 2.5, (4, 2)), rng.uniform(-1, 1, 4)
+    seen, yaw = place + rng.normal(0, 0.3, (4, 2)), heading + rng.normal(0, 0.2, 4)
+    errors, found = uncertain(np.tile([0.4, 0.01, 0.1], (4, 1)), yaw + 1.0, [0.3] * 4), []
+    for turn in (0.0, 0.6):
+        cosine, sine = np.cos(turn), np.sin(turn)
+        way = np.array([[cosine, -sine], [sine, cosine]])
+        layout = scene(place @ way, heading + turn).layout
+        room = Scene("room", None, layout, bounds=Bounds(corners @ way))
+        camera = replace(AWAY, position=AWAY.position @ way, yaw=np.array(turn))
+        method = LikelihoodReid(room, replace(OPTIONS, walls=True))
+        found.append(method.identify(snapshot(seen @ way, yaw + turn, errors.turned(turn), camera)))
+    assert found[0].labels == found[1].labels
+    np.testing.assert_allclose(found[1].confidence, found[0].confidence, rtol=1e-6)
+
+
+@pytest.mark.parametrize("metres", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize("precision", [np.float32, np.float64])
+def test_errors_all_in_one_direction_are_a_covariance_in_any_unit_and_precision(metres, precision):
+    rng = np.random.default_rng(0)
+    way = (rng.normal(size=(200, 3)) * [metres, metres, 1.0]).astype(precision)
+    spread = np.einsum("ni,nj->nij", way, way)
+    nothing = np.full(200, np.nan)
+    assert len(Uncertainty(spread, np.ones(200), nothing, nothing)) == 200
+    for wrong in (np.diag([1.0, 1.0, -0.01]), np.array([[1.0, 0.01, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])):
+        with pytest.raises(SnapshotError, match=r"uncertainty\.covariance\[0\]: must be a covariance"):
+            Uncertainty(metres**2 * wrong[None], [1.0], [np.nan], [np.nan])
+
+
 @pytest.mark.parametrize(
     ("change", "field"),
     [
         ({"covariance": np.full((1, 3, 3), np.nan)}, "uncertainty.covariance"),
+        ({"covariance": np.full((1, 3, 3), np.inf)}, "uncertainty.covariance"),
         ({"covariance": -np.eye(3)[None]}, "uncertainty.covariance"),
         ({"visible": [1.2]}, "uncertainty.visible"),
         ({"runner_up_weight": [0.6], "runner_up_yaw": [0.0]}, "uncertainty.runner_up_weight"),
