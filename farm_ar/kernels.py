@@ -320,11 +320,13 @@ PATIENCE_S = 0.5
 COMPILED = {
     "agents": ("planning and attacks", 30),
     "drawing": ("drawing", 10),
-    "envs": ("the environment", 10),
+    "envs": ("the environment", 35),
     "experiments": ("the experiments", 5),
     "game_logic": ("the game", 10),
     "geometry": ("geometry", 5),
     "reid": ("identification", 15),
+    "rendering": ("the headset's view", 15),
+    "vision": ("poses from images", 15),
 }
 """What each package's kernels are for, and the seconds of processor that compiling them takes."""
 

@@ -223,6 +223,13 @@ def test_compiling_is_announced_once_for_each_package_and_only_where_it_takes_pl
     assert told(package, ANNOUNCED, FARM_AR_QUIET="") == ""
 
 
+def test_every_package_with_kernels_is_announced():
+    root = Path(farm_ar.__file__).parent
+    decorated = re.compile(r"^from farm_ar\.(inner_)?kernels import", re.MULTILINE)
+    files = [file.relative_to(root) for file in root.rglob("*.py") if decorated.search(file.read_text())]
+    assert {file.parts[0] for file in files if len(file.parts) > 1} <= kernels.COMPILED.keys()
+
+
 def test_sources_dated_in_the_future_say_why_no_code_is_kept(package):
     later = time.time() + 3600
     os.utime(package / "constants.py", (later, later))

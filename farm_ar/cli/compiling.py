@@ -86,6 +86,7 @@ def _spatial(folder: Path) -> None:
     _identify(SpatialReid)
     _identify_many(lambda scene, seen: SpatialReid(scene).identify_many(seen, margins=True))
     _identify_many(lambda scene, seen: SpatialReid(scene, SpatialOptions(threshold=0.5)).identify_many(seen))
+    _identify(lambda scene: SpatialReid(scene, SpatialOptions(certify=True)))
 
 
 def _likelihood(folder: Path) -> None:
@@ -142,6 +143,19 @@ def _hand(folder: Path) -> None:
 def _layout(folder: Path) -> None:
     _play("FarmToTableLayout-v0", reward="endpoint", jitter="hard")
     _play("SceneLayout-v0", reward="margin")
+
+
+def _batches(folder: Path) -> None:
+    import gymnasium as gym
+
+    for env_id in ("FarmToTable-v0", "FarmToTableLayout-v0", "SceneLayout-v0"):
+        carry = {} if env_id == "SceneLayout-v0" else {"carry": "lift"}
+        envs = gym.make_vec(f"farm_ar:{env_id}", num_envs=2, **carry)
+        envs.action_space.seed(0)
+        envs.reset(seed=0)
+        for _ in range(6):
+            envs.step(envs.action_space.sample())
+        envs.close()
 
 
 def _play(env_id: str, **arguments: Any) -> None:
@@ -212,6 +226,7 @@ def _command(*arguments: object) -> None:
 
 STEPS: dict[str, Callable[[Path], None]] = {
     "relational": _relational,
+    "batches": _batches,
     "adaptive": _adaptive,
     "moves": _move,
     "attacks": _attacks,
