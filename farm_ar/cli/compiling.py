@@ -149,7 +149,7 @@ def _batches(folder: Path) -> None:
     import gymnasium as gym
 
     for env_id in ("FarmToTable-v0", "FarmToTableLayout-v0", "SceneLayout-v0"):
-        carry = {} if env_id == "SceneLayout-v0" else {"carry": "lift"}
+        carry: dict[str, Any] = {} if env_id == "SceneLayout-v0" else {"carry": "lift"}
         envs = gym.make_vec(f"farm_ar:{env_id}", num_envs=2, **carry)
         envs.action_space.seed(0)
         envs.reset(seed=0)
