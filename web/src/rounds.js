@@ -87,6 +87,7 @@ export class Rounds {
 
   /** @param {Round} round @param {Place} place @param {State | null} state @returns {string} what is said of it */
   show(round, place, state) {
+    if (round.stage !== this.round.stage) part("onward").closest("aside")?.scrollTo(0, 0);
     this.round = round;
     this.place = place;
     const onward = onwardOf(round);
