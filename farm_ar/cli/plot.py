@@ -40,7 +40,9 @@ def plot(
     make_folder("--out", out.parent)
     with writing("--out", out):
         save(figure, out)
+    if not references:
+        print_line("No lines of known policies: their returns are of an id with its own arguments")
     for curve in curves:
         last = curve.returns[:, -1]
-        print_line(f"{curve.name}: {last.mean():.2f} after {curve.steps[-1]:.0f} steps, {len(last)} seeds")
+        print_line(f"{curve.name}: {last.mean():z.2f} after {curve.steps[-1]:.0f} steps, {len(last)} seeds")
     print_line(f"Wrote {out}")

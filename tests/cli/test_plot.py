@@ -19,3 +19,13 @@ def test_runs_are_drawn_and_what_they_came_to_is_told(run, mistake, tmp_path):
     assert wrong.startswith("OptionError: --out: must end in .svg, .png or .pdf")
     assert mistake("plot", tmp_path / "none", "--out", out).startswith("RunError: ")
     assert "training.csv: must hold finite numbers" in mistake("plot", *runs, "--training", "--out", out)
+
+
+def test_where_known_policies_have_no_lines_that_is_said(run, tmp_path):
+    folder = RunFolder(tmp_path / "run")
+    folder.path.mkdir()
+    folder.describe(Run("ppo", "SceneLayout-v0", 0, Recipe(env_kwargs={"reward": "margin"})))
+    (folder.path / "evaluations.csv").write_text("steps,mean_return,best_mean_return\n10,1,0\n20,-0.001,0\n")
+    told = run("plot", folder.path, "--out", tmp_path / "curves.svg").stdout.splitlines()
+    assert told[0].startswith("No lines of known policies: ")
+    assert told[1] == "ppo: 0.00 after 20 steps, 1 seeds"
