@@ -190,6 +190,10 @@ def as_toml(value: Any, top: bool = True) -> str:
     return "inf" if value == float("inf") else "null" if value is None else json.dumps(value)
 
 
+NO_PAGE = "The moves come from the input, which is no terminal, so there is no page"
+"""What `farm-ar play` says where it is given moves, beside what comes of them."""
+
+
 def what_is_wrong(arguments: list[str], result: Any) -> str:
     """What an end of the program breaks of what it promises; nothing if all is well."""
     if result.exception is not None and not isinstance(result.exception, SystemExit):
@@ -200,7 +204,7 @@ def what_is_wrong(arguments: list[str], result: Any) -> str:
     if not all(line.isprintable() for line in (result.stdout + result.stderr).split("\n")):
         return f"it steers the terminal: {result.output!r}"
     said = [line for line in result.stderr.splitlines() if not PROGRESS.fullmatch(line)]
-    lines = [line for line in said if not line.startswith("Warning: ")]
+    lines = [line for line in said if not line.startswith("Warning: ") and line != NO_PAGE]
     if result.exit_code == 2 and not (len(lines) == 1 and ONE_LINE.fullmatch(lines[0])):
         return f"not one line: {result.stderr!r}"
     return "" if result.exit_code == 2 or not lines else f"an error beside success: {result.stderr!r}"

@@ -6,6 +6,7 @@ from rich.console import Console
 
 import farm_ar.experiments
 from farm_ar.cli.experiments import EXPERIMENTS
+from farm_ar.sweeps import make_executor
 
 
 @pytest.fixture
@@ -15,6 +16,11 @@ def given(monkeypatch):
     monkeypatch.setattr(farm_ar.experiments, "reproduce", lambda **options: given.update(options))
     monkeypatch.setattr(farm_ar.experiments, "setting_of", lambda what, **options: {"of": what, **options})
     return given
+
+
+def alike(executor, other) -> bool:
+    """Whether two executors are of one kind and take as many units."""
+    return type(executor) is type(other) and executor.capacity == other.capacity
 
 
 def test_by_default_everything_runs_in_full(run, given, tmp_path):
@@ -29,7 +35,8 @@ def test_by_default_everything_runs_in_full(run, given, tmp_path):
         "fresh": False,
         "reid": None,
     }
-    assert given == {"what": "all", "out": Path("out"), "workers": os.cpu_count()}
+    assert alike(given.pop("executor"), make_executor("process", os.cpu_count() or 2))
+    assert given == {"what": "all", "out": Path("out")}
     assert (tmp_path / "out").is_dir()
 
 
@@ -61,7 +68,8 @@ def test_every_option_is_passed_on(run, given, tmp_path):
         "fresh": True,
         "reid": "mine:Rule",
     }
-    assert given == {"what": "fig9", "out": Path("results"), "workers": 3}
+    assert alike(given.pop("executor"), make_executor("process", 3))
+    assert given == {"what": "fig9", "out": Path("results")}
 
 
 def test_help_names_the_experiments_that_there_are(run):
