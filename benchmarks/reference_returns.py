@@ -1,7 +1,7 @@
 """Plays test episodes of every id with known policies, and writes farm_ar/envs/reference_returns.json.
 
     python benchmarks/reference_returns.py                      # some minutes
-    python benchmarks/reference_returns.py --ids SceneLayout-v0 --episodes 20 --out /tmp/returns.json
+    python benchmarks/reference_returns.py --ids SceneLayout-v0 --episodes 20 --out out/returns.json
 
 An id's own arguments count, with animals and all. `exhaustive` tries every choice of an episode of one step
 and takes the best; it is a bound for what learns, not a policy, as it plays an episode many times.

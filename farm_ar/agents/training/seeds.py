@@ -36,7 +36,7 @@ def train_seeds(
         seeds: of the runs.
         home: the folder in which theirs are.
         executor: where they are trained.
-        watch: is told how many are done.
+        watch: is called with the number of those done.
 
     Returns:
         The folders.

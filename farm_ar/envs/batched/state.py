@@ -86,8 +86,8 @@ class Choices(Struct):
     animals_a_second: float
     play_seconds: float
     lazy: bool
-    """Whether only those animals are played that may go astray: there is one visit, and all that is told of
-    animals is how many did."""
+    """Whether only those animals are played that may go astray: there is one visit, and `info` has
+    only how many did."""
     reach_m: float
     """Of the action, metres and radians, and how far it picks."""
     reach_rad: float

@@ -6,7 +6,7 @@ import time
 import traceback
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Protocol, Self
@@ -80,6 +80,14 @@ class Executor(Protocol):
 
     def stop(self) -> None:
         """Drop what was submitted and end the workers; the next `submit` starts anew."""
+
+
+def mean_seconds(before: float | None, ended: Iterable[Attempt]) -> float | None:
+    """What a unit takes, with those that ended well counted in; None where none has yet."""
+    for one in ended:
+        if not one.problem:
+            before = one.seconds if before is None else 0.9 * before + 0.1 * one.seconds
+    return before
 
 
 class Stoppable(ABC):

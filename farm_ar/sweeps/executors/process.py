@@ -18,7 +18,7 @@ from multiprocessing.context import ForkServerContext, SpawnContext
 from numbers import Integral, Real
 
 from farm_ar.errors import OptionError
-from farm_ar.sweeps.executors.base import Attempt, Stoppable, attempt, check_version
+from farm_ar.sweeps.executors.base import Attempt, Stoppable, attempt, check_version, mean_seconds
 from farm_ar.sweeps.unit import Unit, load_function
 
 AHEAD_S, MOST_AHEAD, MOST_BYTES_AHEAD = 0.03, 64, 4096
@@ -83,10 +83,7 @@ class ProcessExecutor(Stoppable):
                 worker.kill()
             if worker.dead:
                 self._workers[i] = self._replace(worker, ended, overran)
-        for done in ended:
-            if not done.problem:
-                before = done.seconds if self._mean_seconds is None else self._mean_seconds
-                self._mean_seconds = 0.9 * before + 0.1 * done.seconds
+        self._mean_seconds = mean_seconds(self._mean_seconds, ended)
         self._hand_out()
         return ended
 

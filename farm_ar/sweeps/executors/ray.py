@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from farm_ar.errors import MissingPackageError, OptionError
-from farm_ar.sweeps.executors.base import Attempt, Stoppable, attempt
+from farm_ar.sweeps.executors.base import Attempt, Stoppable, attempt, mean_seconds
 from farm_ar.sweeps.executors.process import (
     checked_limit,
     pack_attempt,
@@ -96,10 +96,7 @@ class RayExecutor(Stoppable):
         if ready:
             ready, _ = self._ray.wait([*self._tasks], num_returns=len(self._tasks), timeout=0)
         ended = [done for one in ready for done in self._ended(one, self._tasks.pop(one))]
-        for done in ended:
-            if not done.problem:
-                before = done.seconds if self._mean_seconds is None else self._mean_seconds
-                self._mean_seconds = 0.9 * before + 0.1 * done.seconds
+        self._mean_seconds = mean_seconds(self._mean_seconds, ended)
         self._hand_out()
         return ended
 
