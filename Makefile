@@ -100,7 +100,7 @@ $(VENV)/core.stamp: $(VENV)/made.stamp pyproject.toml constraints.txt
 
 $(VENV)/dev.stamp: $(VENV)/core.stamp
 	$(HEADLINE) "Installing what the checks need, learners among it (once; some minutes)"
-	@$(INSTALL) --no-build-isolation --editable '.[dev,train,vision,service,distributed]'
+	@$(INSTALL) --no-build-isolation --editable '.[dev,train,vision,vision-paper,service,distributed]'
 	@touch $@
 
 $(VENV)/web.stamp: $(VENV)/core.stamp
