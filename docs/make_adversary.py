@@ -35,7 +35,7 @@ def curve(runs: list[Path], name: str) -> Figure:
             )
     recipe = RunFolder(runs[0]).read().recipe
     shown = recipe.imitate["steps"] / 1000 if recipe.imitate else 0.0
-    for begin, end, what in ((0.0, shown, "planner"), (shown, recipe.before / 1000, "surrogate")):
+    for begin, end, what in ((0.0, shown, "planner"), (shown, recipe.before / 1000, "lifting")):
         if end > begin:
             axes.axvspan(begin, end, color="#f1ede4" if begin else "#e7efe2", zorder=0)
             axes.text((begin + end) / 2, axes.get_ylim()[0], what, ha="center", va="bottom", color="#7a6f5a")

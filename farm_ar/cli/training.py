@@ -57,10 +57,10 @@ def train(
         int | None,
         typer.Option(metavar="N", parser=whole(0), help="Imitate a planner in the first N of them."),
     ] = None,
-    rehearse: Annotated[
+    lift: Annotated[
         int | None,
         typer.Option(
-            metavar="N", parser=whole(0), help="Then N steps of PPO in the surrogate environment; 0 for none."
+            metavar="N", parser=whole(0), help="Then N steps in a batch with carry=lift, then the others."
         ),
     ] = None,
     seed: Annotated[
@@ -122,7 +122,7 @@ def train(
     if seeds is None and (workers, executor, address) != (1, None, OWN_CLUSTER):
         raise OptionError("--seeds", "must be given with --workers, --executor and --address", None)
     with arguments(arg) as given:
-        known = load_recipe(algo, env, recipe).with_arguments(given, steps, imitate, rehearse)
+        known = load_recipe(algo, env, recipe).with_arguments(given, steps, imitate, lift)
         asked = Run(algo, env, seed, known, threads, processes, eval_every, eval_episodes)
         if not resume:
             check(asked)  # before a folder is made

@@ -194,9 +194,9 @@ def test_mistakes_are_one_line(mistake, train, tmp_path):
     assert not (tmp_path / "x").exists()
     (tmp_path / "empty").mkdir()
     assert mistake("evaluate", "empty").startswith(expected)
-    unrehearsed = mistake("train", "x", "--arg", "visits=2")
-    assert "in the surrogate environment (which --imitate 0 --rehearse 0 leave out)" in unrehearsed
-    train("one", "--rehearse", 0)
+    unbatched = mistake("train", "x", "--arg", "reid=likelihood")
+    assert "--arg reid: must be spatial or distance in a batch (which --imitate 0 --lift 0" in unbatched
+    train("one", "--lift", 0)
     assert mistake("evaluate", "one", "--beside", "clever").startswith(
         "OptionError: --beside: must be one of"
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from datetime import timedelta
@@ -9,7 +10,9 @@ from typing import Any
 
 import numpy as np
 from sb3_contrib.common.maskable.callbacks import MaskableEvalCallback
+from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback, EvalCallback
+from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 from stable_baselines3.common.vec_env import VecEnv
 
 from farm_ar.agents.training.checkpoints import write_model
@@ -94,11 +97,11 @@ class MaskableEvaluations(Evaluations, MaskableEvalCallback):
     """The same for a learner that masks actions."""
 
 
-class EndSurrogate(BaseCallback):
-    """Lets a learner go on in the environment itself when those in the surrogate are over.
+class EndLifting(BaseCallback):
+    """Lets a learner go on in the environment itself when the steps in the batch are over.
 
     Args:
-        after: steps in the surrogate environment.
+        after: steps in the batch, in which the hand lifts.
         envs: where to go on.
     """
 
@@ -152,17 +155,25 @@ class NoteEvaluation(BaseCallback):
         return True
 
 
+def whole_rollouts(model: BaseAlgorithm, steps: int) -> int:
+    """How many steps a learner takes in all that is to take so many: PPO ends after a whole rollout."""
+    if not isinstance(model, OnPolicyAlgorithm):
+        return steps
+    rollout, done = model.n_steps * model.n_envs, model.num_timesteps
+    return done + rollout * math.ceil(max(steps - done, 0) / rollout)
+
+
 class Progress(BaseCallback):
     """A bar on the error stream, or a line every `LINE_EVERY_S` where no terminal shows it.
 
     Args:
-        total: steps.
-        surrogate: the first of them, in the surrogate environment.
+        total: steps that were asked for.
+        lifted: the first of them, in a batch in which the hand lifts.
     """
 
-    def __init__(self, total: int, surrogate: int = 0) -> None:
+    def __init__(self, total: int, lifted: int = 0) -> None:
         super().__init__()
-        self._total, self._surrogate, self._mean = total, surrogate, "-"
+        self._total, self._lifted, self._mean = total, lifted, "-"
         self._begun, self._over = False, threading.Event()
 
     def _on_training_start(self) -> None:
@@ -176,12 +187,15 @@ class Progress(BaseCallback):
             progress.TimeElapsedColumn(),
             progress.TimeRemainingColumn(),
         )
+        asked, self._total = self._total, whole_rollouts(self.model, self._total)
         self._console, self._began = Console(stderr=True, highlight=False), time.monotonic()
         self._bar = progress.Progress(*columns, console=self._console)
         self._row = self._bar.add_task("", total=self._total, completed=self.num_timesteps, mean="-")
         self._begun = True
         going_on = f"Going on from step {self.num_timesteps}"
         self._console.print(going_on if self.num_timesteps else f"Training for {self._total} steps")
+        if self._total != asked:
+            self._console.print(f"{asked} steps are rounded up to {self._total}, which are whole rollouts")
         if self._console.is_interactive:
             self._bar.start()
         else:
@@ -194,8 +208,8 @@ class Progress(BaseCallback):
     def _on_rollout_end(self) -> None:
         episodes: Any = self.model.ep_info_buffer
         self._mean = f"{np.mean([e['r'] for e in episodes]):.2f}" if episodes else "-"
-        if self.num_timesteps <= self._surrogate:
-            self._mean += " in the surrogate environment"
+        if self.num_timesteps <= self._lifted:
+            self._mean += " with a hand that lifts"
         self._bar.update(self._row, mean=self._mean)
 
     def stop(self) -> None:

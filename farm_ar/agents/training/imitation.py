@@ -11,9 +11,9 @@ import torch
 from sb3_contrib import MaskablePPO
 from torch import Tensor
 
+from farm_ar.agents.training.demonstrated_env import DemonstratedEnv
 from farm_ar.agents.training.demonstrations import Demonstration, Demonstrations
 from farm_ar.agents.training.object_policy import ObjectPolicy
-from farm_ar.agents.training.surrogate_env import SurrogateEnv
 from farm_ar.envs.actions import MoveAction
 from farm_ar.envs.observations import mirror
 
@@ -31,7 +31,7 @@ LEAST_LED = 0.5
 
 
 class ImitatingPPO(MaskablePPO):
-    """MaskablePPO that first learns the choices of a planner at its side, in a surrogate environment.
+    """MaskablePPO that first learns the choices of a planner at its side, in a `DemonstratedEnv`.
 
     At first the planner acts, by and by the learner itself in up to half of the steps, so that it is
     shown what to do in states that its own choices lead to; all demonstrations are kept (Ross, Gordon and
@@ -52,15 +52,15 @@ class ImitatingPPO(MaskablePPO):
 
     def collect_rollouts(self, *arguments: Any, **named: Any) -> bool:
         """A rollout, with the planner at the side of a learner that still imitates it."""
-        surrogate = self.env
-        if isinstance(surrogate, SurrogateEnv):
+        envs = self.env
+        if isinstance(envs, DemonstratedEnv):
             left = 1.0 - self.num_timesteps / self.imitate["steps"] if self.imitate else 0.0
             led = LEAST_LED + (1.0 - LEAST_LED) * left
-            surrogate.beam, surrogate.led = (self.imitate["beam"], led) if left > 0.0 else (0, 0.0)
+            envs.beam, envs.led = (self.imitate["beam"], led) if left > 0.0 else (0, 0.0)
         goes_on = bool(super().collect_rollouts(*arguments, **named))
-        if isinstance(surrogate, SurrogateEnv) and surrogate.shown:
-            self._remember(surrogate.shown)
-            surrogate.shown = []
+        if isinstance(envs, DemonstratedEnv) and envs.shown:
+            self._remember(envs.shown)
+            envs.shown = []
         return goes_on
 
     def train(self) -> None:

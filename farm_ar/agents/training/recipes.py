@@ -107,8 +107,11 @@ OWN_KEYS = (
     "normalize",
     "checkpoint_every",
     "imitate",
-    "rehearse",
+    "lift",
 )
+FORMER_KEYS = {"rehearse": "lift"}
+"""What older files call a key."""
+
 IMITATE = {"steps": 40960, "beam": 8, "batches": 500, "learning_rate": 0.02}
 """What may be set of the imitation of a planner, and what is taken where it is not."""
 
@@ -148,7 +151,7 @@ class Recipe:
         checkpoint_every: steps between checkpoints at the least; 0 for one after every update.
         imitate: arguments of `ImitatingPPO`, whom a planner shows what to do in the first of the steps; None
             for no planner.
-        rehearse: how many of the steps after those are taken in a `SurrogateEnv` first.
+        lift: how many of the steps after those are taken in a batch with `carry="lift"` first.
         settings: arguments of the learner.
     """
 
@@ -160,13 +163,13 @@ class Recipe:
     normalize: dict[str, Any] | None = None
     checkpoint_every: int = 0
     imitate: dict[str, Any] | None = None
-    rehearse: int = 0
+    lift: int = 0
     settings: dict[str, Any] = field(default_factory=dict)
 
     @property
     def before(self) -> int:
         """How many steps come before those in the environment itself."""
-        return (self.imitate["steps"] if self.imitate else 0) + self.rehearse
+        return (self.imitate["steps"] if self.imitate else 0) + self.lift
 
     def of_learner(self) -> dict[str, Any]:
         """The learner's arguments, `lin_` turned into a falling rate."""
@@ -182,7 +185,7 @@ class Recipe:
         env_kwargs: Mapping[str, Any],
         n_timesteps: int | None = None,
         imitate: int | None = None,
-        rehearse: int | None = None,
+        lift: int | None = None,
     ) -> Recipe:
         """The same with further arguments of the environment, and other numbers of steps.
 
@@ -194,12 +197,12 @@ class Recipe:
         both = {**self.env_kwargs, **env_kwargs}
         if both.get("reward") == "miscount":
             both = {name: value for name, value in both.items() if name not in LEFT_OUT or name in env_kwargs}
-        rehearsed = self.rehearse if rehearse is None else rehearse
+        lifted = self.lift if lift is None else lift
         planned = both.get("sign") != -1 and both.get("reward") != "miscount"
         shown = self.imitate if planned else None
         if imitate is not None:
             shown = {**IMITATE, **(shown or {}), "steps": imitate} if imitate else None
-        return replace(self, env_kwargs=both, n_timesteps=steps, imitate=shown, rehearse=rehearsed)
+        return replace(self, env_kwargs=both, n_timesteps=steps, imitate=shown, lift=lifted)
 
 
 def load_recipe(algorithm: str, env_id: str, path: str | os.PathLike[str] | None = None) -> Recipe:
@@ -260,12 +263,14 @@ def recipe_from(section: Any, allowed: Mapping[str, frozenset[type]], source: st
     """
     if not isinstance(section, dict):
         raise RecipeError("section", "must hold values by name", section, source)
+    former = {key: today for key, today in FORMER_KEYS.items() if key in section and today not in section}
+    section = {former.get(key, key): value for key, value in section.items()}
     for key in section:
         if not isinstance(key, str) or (key not in allowed and key not in OWN_KEYS):
             known = ", ".join(sorted([*allowed, *OWN_KEYS]))
             raise RecipeError(str(key), f"must be one of {known}", key, source)
     own = {key: section[key] for key in OWN_KEYS if key in section}
-    for key, lowest in {"n_timesteps": 1, "n_envs": 1, "checkpoint_every": 0, "rehearse": 0}.items():
+    for key, lowest in {"n_timesteps": 1, "n_envs": 1, "checkpoint_every": 0, "lift": 0}.items():
         _check_whole(key, own.get(key, lowest), lowest, source)
     for key in ("policy_kwargs", "env_kwargs"):
         value = own.get(key, {})

@@ -18,7 +18,7 @@ from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecEnv,
 import farm_ar  # noqa: F401  # registers the environments
 from farm_ar.agents.training.callbacks import (
     Checkpoints,
-    EndSurrogate,
+    EndLifting,
     Evaluations,
     KeepBest,
     MaskableEvaluations,
@@ -26,10 +26,10 @@ from farm_ar.agents.training.callbacks import (
     Progress,
 )
 from farm_ar.agents.training.checkpoints import DEMONSTRATIONS, as_written, normalized, read_state, restore
+from farm_ar.agents.training.demonstrated_env import lifted
 from farm_ar.agents.training.imitation import ImitatingPPO
 from farm_ar.agents.training.recipes import ALGORITHMS, RecipeError, check_fit, policy_class
 from farm_ar.agents.training.run_folder import CHECKPOINTS, Run, RunFolder
-from farm_ar.agents.training.surrogate_env import SurrogateEnv
 from farm_ar.envs.batched.entry_point import can_be_batched
 from farm_ar.envs.batched.sb3 import BatchedVecEnv
 from farm_ar.envs.registration import make_env
@@ -100,14 +100,16 @@ def _train(
     seed = run.seed + done
     envs = _environments(run, seed, run.recipe.n_envs, newest, trust=trust)
     judge = _environments(run, run.seed + EVALUATION_SEED, 1, None, judging=True)
+    first = envs
     try:
-        first = envs
         if done < run.recipe.before:
-            first = SurrogateEnv(run.recipe.n_envs, seed, **run.recipe.env_kwargs)
+            first = lifted(run.env, run.recipe.env_kwargs, run.recipe.n_envs, seed, run.threads)
         model = _new_model(run, first) if newest is None else _old_model(run, first, newest, trust)
         if done < run.recipe.n_timesteps:
             _learn(model, run, folder, envs, judge, seconds, progress)
     finally:
+        if first is not envs:
+            first.close()
         envs.close()
         judge.close()
     return model
@@ -128,10 +130,9 @@ def check(run: Run) -> None:
         if run.recipe.env_kwargs.get("sign", 1) != 1:
             raise OptionError("imitate", "must be 0 for a helper, whom no planner can show", shown)
     if run.recipe.before:
-        if run.env != "FarmToTable-v0" or run.recipe.normalize is not None:
-            expected = "must both be 0 but for FarmToTable-v0 without normalization"
-            raise OptionError("imitate, rehearse", expected, run.recipe.before)
-        SurrogateEnv(1, 0, **run.recipe.env_kwargs)
+        if run.recipe.normalize is not None:
+            raise OptionError("imitate, lift", "must both be 0 with normalization", run.recipe.before)
+        lifted(run.env, run.recipe.env_kwargs, 1, 0, 1)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of batches that one environment cannot fill
@@ -220,7 +221,7 @@ def _learn(
         ),
     ]
     if steps < recipe.before:
-        calls.append(EndSurrogate(recipe.before, envs))
+        calls.append(EndLifting(recipe.before, envs))
     shown = Progress(recipe.n_timesteps, recipe.before)
     if progress:
         calls.append(shown)

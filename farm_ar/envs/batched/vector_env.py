@@ -22,7 +22,7 @@ from farm_ar.envs.batched import building
 from farm_ar.envs.batched.advance import advance
 from farm_ar.envs.batched.coverage import check_batched
 from farm_ar.envs.batched.numpy_functions import DATA, room_for_call
-from farm_ar.envs.batched.state import ACT, BEGIN, DONE, Given, Report
+from farm_ar.envs.batched.state import ACT, BEGIN, DONE, Batch, Given, Report
 from farm_ar.envs.batched.streams import as_generator, read_generator
 from farm_ar.envs.config import EnvConfig
 from farm_ar.envs.controls import control_of
@@ -74,7 +74,7 @@ class BatchedVectorEnv(VectorEnv[Any, Any, Any]):
         self._threads = whole("threads", processors() if threads is None else threads)
         self._mode = mode_of(autoreset_mode)
         self.config = config = EnvConfig(**arguments)
-        self._scene = scene = scene_of(config.scene, config.game)
+        self.scene = scene = scene_of(config.scene, config.game)
         check_batched(config, scene)
         control = control_of(config, scene)
         observation = OBSERVATIONS[config.observation](scene, config)
@@ -199,6 +199,11 @@ class BatchedVectorEnv(VectorEnv[Any, Any, Any]):
     def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
         """Generators that go on where each environment's stream stands; they are copies."""
         return tuple(as_generator(self._batch.tables[b].stream) for b in range(self.num_envs))
+
+    @property
+    def state(self) -> Batch:
+        """The arrays that kernels play on, of all environments, as they stand; not to be written to."""
+        return self._batch
 
     @property
     def np_random_seed(self) -> tuple[int | None, ...]:  # type: ignore[override]
@@ -355,7 +360,7 @@ class BatchedVectorEnv(VectorEnv[Any, Any, Any]):
 
     def _given_by(self, asked: Mapping[str, Any]) -> Given:
         """What `reset` was given, for kernels."""
-        given, scene, config = building.nothing_given(self._scene), self._scene, self.config
+        given, scene, config = building.nothing_given(self.scene), self.scene, self.config
         if asked.get("layout") is not None:
             layout = given_layout(scene, asked["layout"])
             given.position[:], given.yaw[:], given.has[0] = layout.position, layout.yaw, True

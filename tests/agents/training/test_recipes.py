@@ -125,8 +125,8 @@ def test_animals_are_not_left_out_where_they_are_what_counts():
 def test_a_planner_is_asked_for_left_out_and_no_use_to_a_helper():
     recipe = load_recipe("maskable-ppo", "FarmToTable-v0")
     assert recipe.imitate is not None
-    assert recipe.before == recipe.imitate["steps"] + recipe.rehearse
-    assert recipe.with_arguments({}, imitate=0, rehearse=7).before == 7
+    assert recipe.before == recipe.imitate["steps"] + recipe.lift
+    assert recipe.with_arguments({}, imitate=0, lift=7).before == 7
     assert recipe.with_arguments({}, imitate=4096).imitate == {**recipe.imitate, "steps": 4096}
     assert recipe.with_arguments({"sign": -1}).imitate is None
     assert Recipe().with_arguments({}, imitate=64).imitate == {**IMITATE, "steps": 64}
@@ -154,6 +154,7 @@ DAMAGED = [
     "default: {learning_rate: [1]}", "default: {ent_coef: {}}",
     "default: {normalize: 1}", "default: {normalize: {gamma: x}}", "default: {normalize: {norm_obs: 3}}",
     "default: {imitate: 3}", "default: {imitate: {steps: .inf}}", "default: {rehearse: -1}",
+    "default: {lift: -1}", "default: {lift: 1, rehearse: 1}",
     "default: !!python/object/apply:os.system [ls]",
 ]  # fmt: skip
 

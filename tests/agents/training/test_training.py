@@ -21,9 +21,9 @@ from stable_baselines3.common.vec_env import DummyVecEnv
 
 from farm_ar.agents.policies.trained import load_policy
 from farm_ar.agents.training.checkpoints import pickles_in
+from farm_ar.agents.training.demonstrated_env import DemonstratedEnv
 from farm_ar.agents.training.recipes import ALGORITHMS
 from farm_ar.agents.training.run_folder import LOCK, RunError, RunFolder, read_table
-from farm_ar.agents.training.surrogate_env import SurrogateEnv
 from farm_ar.agents.training.training import train
 from farm_ar.envs.batched.sb3 import BatchedVecEnv
 from farm_ar.errors import InputError, OptionError
@@ -86,7 +86,6 @@ def test_a_folder_with_a_run_is_not_written_over(tiny, tmp_path):
 CHILD = """
 import sys, torch
 from pathlib import Path
-from farm_ar.agents.training.surrogate_env import SurrogateEnv
 from farm_ar.agents.training.run_folder import RunFolder
 from farm_ar.agents.training.training import train
 train(RunFolder(Path(sys.argv[1])).read(), Path(sys.argv[2]))
@@ -188,32 +187,49 @@ def test_what_belongs_to_the_model_goes_on_with_it(tiny, tmp_path, algo, values)
     assert pickles_in(saved) == []
 
 
-def test_after_the_surrogate_environment_it_goes_on_in_the_environment(tiny, tmp_path, monkeypatch):
+def test_after_the_batch_it_goes_on_in_the_environment_itself(tiny, tmp_path, monkeypatch):
     where = []
     learn = MaskablePPO.collect_rollouts
 
     def watched(self, env, *rest, **named):
-        where.append(type(env))
+        where.append((type(env), env.get_attr("config")[0].carry))
         return learn(self, env, *rest, **named)
 
     monkeypatch.setattr(MaskablePPO, "collect_rollouts", watched)
-    run = tiny(n_timesteps=128, rehearse=64)
-    model = train(run, tmp_path)
-    assert where == [SurrogateEnv] * 2 + [DummyVecEnv] * 2
+    run = tiny(n_timesteps=128, lift=64)
+    model = train(run, tmp_path / "run")
+    assert where == [(DemonstratedEnv, "lift")] * 2 + [(DummyVecEnv, "drag")] * 2
     assert model.num_timesteps == 128
-    assert len(read_table(tmp_path / "training.csv")) == 4
+    assert len(read_table(tmp_path / "run" / "training.csv")) == 4
+    assert torch.equal(weights(model), weights(train(run, tmp_path / "again")))
+
+
+def test_a_file_that_names_the_lifted_steps_as_before_is_read(tiny, tmp_path):
+    run = tiny(n_timesteps=64, lift=32)
+    folder = RunFolder(tmp_path)
+    folder.describe(run)
+    path = tmp_path / "hyperparameters.yml"
+    path.write_text(path.read_text().replace("lift: 32", "rehearse: 32"))
+    assert "rehearse" in path.read_text()
+    assert folder.read() == run
 
 
 @pytest.mark.parametrize(
-    "values", [{"normalize": {}}, {"env": "SceneLayout-v0"}, {"env_kwargs": {"visits": 2}}]
+    ("values", "message"),
+    [
+        ({"normalize": {}}, "imitate, lift: must both be 0 with normalization"),
+        ({"env": "FarmToTableHand-v0"}, "control: must be move or layout in a batch"),
+        ({"env_kwargs": {"reid": "likelihood"}}, "reid: must be spatial or distance in a batch"),
+    ],
 )
-def test_what_cannot_be_rehearsed_is_seen_before(tiny, tmp_path, values):
-    run = tiny(rehearse=64, **({"env_kwargs": {}} | values if "env" in values else values))
+def test_what_cannot_be_batched_is_seen_before(tiny, tmp_path, values, message):
+    run = tiny(lift=64, **({"env_kwargs": {}} | values if "env" in values else values))
     run = dataclasses.replace(
         run, algo="ppo", recipe=dataclasses.replace(run.recipe, policy="MultiInputPolicy")
     )
-    with pytest.raises(OptionError, match=r"surrogate environment|rehears"):
+    with pytest.raises(OptionError, match=message):
         train(run, tmp_path / "run")
+    assert not (tmp_path / "run").exists()
 
 
 def test_mistakes_in_the_arguments_are_seen_before_anything_is_written(tiny, tmp_path):
