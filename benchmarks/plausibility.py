@@ -117,6 +117,9 @@ def snapshots(
     yield from (batch.snapshot(b) for b in range(len(batch)))
 
 
+CAUSES, EFFECTS = {"mirrored", "units", "frame"}, {"view", "camera", "bounds"}
+"""Faults that are found if they are named and nothing is that only follows from them."""
+
 Change = Callable[[Snapshot, np.random.Generator], Snapshot]
 
 
@@ -222,8 +225,9 @@ def true_alarms(layouts: int, rng: np.random.Generator) -> None:
                     headings = np.count_nonzero(np.abs(wrap(one.detections.yaw)) > 0.01)
                     if (kind == "bounds" and scene.bounds is None) or (kind == "radians" and headings < 2):
                         continue
-                    kinds = [finding.kind for finding in check(scene, change(one, rng))]
-                    found.setdefault((fault, column), []).append(kind in kinds)
+                    kinds = {finding.kind for finding in check(scene, change(one, rng))}
+                    named = kind in kinds and not (kind in CAUSES and kinds & EFFECTS)
+                    found.setdefault((fault, column), []).append(named)
     for fault in FAULTS:
         cells = [found[fault, column] for column in range(len(columns))]
         print(f"{fault:34}" + "".join(f"{f'{np.mean(cell):.3f} of {len(cell)}':>26}" for cell in cells))

@@ -72,7 +72,8 @@ def read_photo(
     judge = load_estimator(estimator, "--estimator")
     with saying("Looking at the image"):
         estimates = judge.estimate(seen, found.view, solid)
-    return Photo(seen, found, solid, estimates, Snapshot(found.camera, estimates.uncertain))
+    snapshot = Snapshot(found.camera, estimates.uncertain, assumed=found.assumed)
+    return Photo(seen, found, solid, estimates, snapshot)
 
 
 def draw_photo(scene: Scene, photo: Photo, found: Identification, path: Path) -> None:

@@ -278,12 +278,15 @@ def _answer(asked: Asked, rule: Reidentifier, seen: Snapshot) -> None:
 
 def _anchor(asked: Asked, seen: Snapshot) -> tuple[Pose, Pose] | None:
     """The pose that is known in both frames, if there is one."""
-    from farm_ar.cli.inputs import need, pose_in
+    from farm_ar.cli.inputs import pose_in
+    from farm_ar.errors import OptionError
 
     if asked.anchor is None:
         return None
     theirs, _, ours = asked.anchor.partition("=")
-    need("--anchor", ours or None, "as X,Z,YAW_DEG=X,Z,YAW_DEG, of the snapshot's file and of the scene's")
+    if not ours:
+        form = "X,Z,YAW_DEG=X,Z,YAW_DEG, of the snapshot's file and of the scene's"
+        raise OptionError("--anchor", f"must be given as {form}", asked.anchor)
     return pose_in(seen.world, "--anchor", theirs), pose_in(asked.scene.world, "--anchor", ours)
 
 

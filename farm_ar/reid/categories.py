@@ -10,6 +10,7 @@ import numpy as np
 from farm_ar.arrays import BoolArray, IntArray, first_wrong
 from farm_ar.errors import SceneError, SnapshotError
 from farm_ar.scenes import NO_CATEGORY, UNKNOWN, Detections, Layout, SnapshotBatch
+from farm_ar.scenes.kinds import NEEDED
 
 CategoryCodes = Mapping[str | None, int]
 """From each category that a scene declares to its index, and from None to `UNKNOWN`."""
@@ -37,7 +38,7 @@ def declared_codes(layout: Layout) -> CategoryCodes:
     if layout.partly_named:
         i = layout.category.index(NO_CATEGORY)
         expected = "must be given, as other objects have one: only the method adaptive does without"
-        raise SceneError(f"objects[{i}].category", expected, None)
+        raise SceneError(f"objects[{i}].category", expected, NEEDED)
     if not layout.names_categories:
         return _NoneNamed()
     return {None: UNKNOWN} | {name: code for code, name in enumerate(layout.categories)}

@@ -11,7 +11,7 @@ import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.errors import OptionError
-from farm_ar.reid.alignment import Alignment, Pose, align
+from farm_ar.reid.alignment import Alignment, Pose, align, other_unit
 from farm_ar.reid.answers import Assurance, Identification
 from farm_ar.reid.base import Reidentifier, as_reidentifier
 from farm_ar.reid.plausibility import Finding, check, set_aside
@@ -19,6 +19,12 @@ from farm_ar.reid.plausibility.finding import some
 from farm_ar.reid.registry import load_reid
 from farm_ar.scenes import NO_CATEGORY, WORLD_FRAMES, Detections, Scene, Snapshot
 from farm_ar.scenes.worlds import frame_hint
+
+IN_A_FRAME = ("frame",)
+"""Findings that say nothing new where the frame was looked for."""
+
+NOWHERE = ("frame", "mirrored", "units", "camera", "view", "bounds")
+"""Findings that mean nothing where it was not found with certainty."""
 
 FRAMES = ("map", "unknown")
 """In which frame a snapshot may be: the map's, or one that is to be found."""
@@ -89,13 +95,15 @@ def identify_in_frame(
     findings: tuple[Finding, ...] = ()
     sure, said, alignment = 1.0, list[str](), None
     if frame == "unknown" or anchor is not None:
-        alignment = align(place, snapshot, anchor)
+        given, alignment = snapshot, align(place, snapshot, anchor)
         snapshot = replace(alignment.apply(snapshot), world=scene.world)
         sure, said = alignment.confidence, _doubts(alignment, anchor)
+        unit = other_unit(place, given, alignment)
+        said = said if unit is None else [unit, *said]
     whole = _named(snapshot, named)
     if checks:
         findings = check(place, snapshot)
-        said += [one.said for one in findings]
+        said += [one.said for one in findings if one.kind not in _unsaid(alignment)]
     sure *= float(np.prod([1 - one.doubt for one in findings]))
     snapshot, reasons = _usable(place, snapshot, findings)
     snapshot = _named(snapshot, named)
@@ -230,6 +238,13 @@ def _doubts(found: Alignment, anchor: tuple[Pose, Pose] | None) -> list[str]:
     return [f"{sure}: {found.reason}; anchor=... takes one pose known in both frames"]
 
 
+def _unsaid(found: Alignment | None) -> tuple[str, ...]:
+    """The kinds of findings that are not named after a frame was looked for."""
+    if found is None:
+        return ()
+    return IN_A_FRAME if found.certain else NOWHERE
+
+
 def _without_sizes(snapshot: Snapshot, wrong: list[int]) -> Snapshot:
     """The snapshot, with the sizes of some detections not known."""
     if not wrong:
@@ -253,13 +268,26 @@ def _whole(
     for i, label, reason in zip(kept, answer.labels, answer.reason, strict=True):
         labels[i], why[i] = label, reason
     assurance = partial(_assured, answer, kept, n, said, odds)
+    sure, any_answer = odds
+    doubted = sure < 1 and _expects_errors(answer)
     return replace(
         answer,
         labels=tuple(labels),
-        cost=_placed(answer.cost, kept, n),
+        cost=_placed(1 - sure * (1 - answer.cost) - any_answer if doubted else answer.cost, kept, n),
         assurance=assurance,
         reason=tuple(why),
     )
+
+
+def _expects_errors(answer: Identification) -> bool:
+    """Whether the costs are expected errors, 1 less the probability of the label given."""
+    if answer.probability is None:
+        return False
+    place = {name: j for j, name in enumerate(answer.candidates)}
+    given = [(i, place[label]) for i, label in enumerate(answer.labels) if label is not None]
+    row, column = np.array(given, dtype=np.int64).reshape(-1, 2).T
+    right = answer.probability[row, column]
+    return bool(np.allclose(answer.cost[row], 1 - right, rtol=0.0, atol=1e-9))
 
 
 def _placed(values: FloatArray, kept: IntArray, n: int) -> FloatArray:
@@ -279,8 +307,9 @@ def _assured(
     if certified is not None:
         certified = replace(certified, detections=tuple(int(kept[i]) for i in certified.detections))
     (sure, any_answer), probability = odds, answer.probability
+    scale = sure if sure < 1 and _expects_errors(answer) else 1.0
     return Assurance(
-        margin=_placed(answer.margin, kept, n),
+        margin=_placed(scale * answer.margin, kept, n),
         runner_up=tuple(runner_up),
         confidence=sure * _placed(answer.confidence, kept, n) + any_answer,
         probability=None if probability is None else sure * _placed(probability, kept, n) + any_answer,

@@ -22,7 +22,7 @@ from farm_ar.arrays import SIDE, FloatArray, number_in
 from farm_ar.errors import SceneError
 from farm_ar.scenes.camera import CameraPath
 from farm_ar.scenes.files import read_text
-from farm_ar.scenes.kinds import written
+from farm_ar.scenes.kinds import NEEDED, written
 from farm_ar.scenes.layout import Layout
 from farm_ar.scenes.scene import Scene, Site, Template
 
@@ -236,7 +236,7 @@ class _Parsed:
             expected = (
                 f"must be in the table of sizes, under {node.prefab or category}: it has no box collider"
             )
-            raise SceneError(f"objects[{node.name!r}].size_whd", expected, None, self.source)
+            raise SceneError(f"objects[{node.name!r}].size_whd", expected, NEEDED, self.source)
         scale = self._world(number)[2]
         width, height, depth = (np.abs(node.box * scale)).tolist()
         return width, height, depth

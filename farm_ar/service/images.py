@@ -76,4 +76,6 @@ class Eye:
         check_sizes(meshes, scene)
         straight = taken.straightened(decoded_image(image, most_pixels=limits.most_pixels))
         found = self.estimator.estimate(straight, taken.view, meshes)
-        return SnapshotBody((Snapshot(taken.camera, found.uncertain, stamp),), frame, ())
+        return SnapshotBody(
+            (Snapshot(taken.camera, found.uncertain, stamp, assumed=taken.assumed),), frame, ()
+        )

@@ -20,6 +20,7 @@ from farm_ar.rendering.mesh import FORMATS
 from farm_ar.scenes import Camera, FieldOfView, Scene
 from farm_ar.scenes.declarations import CAMERA
 from farm_ar.scenes.files import read_bytes, read_json
+from farm_ar.scenes.kinds import NEEDED
 from farm_ar.scenes.reading import Reader, Values
 from farm_ar.scenes.worlds import rigid, rotation_of
 from farm_ar.vision.base import Image, size_of
@@ -40,11 +41,13 @@ class ImageCamera(Record):
         camera: as a snapshot has it; its field of view is that of the image.
         view: the same with its intrinsics.
         distortion: k1, k2, p1, p2, k3, ... of the lens, as OpenCV has them.
+        assumed: fields of the view that its file does not give, as a snapshot's.
     """
 
     camera: Camera
     view: View
     distortion: tuple[float, ...] = ()
+    assumed: tuple[str, ...] = ()
 
     def straightened(self, image: Image) -> Image:
         """The image (H, W, 3) as a lens without distortion would have taken it.
@@ -124,7 +127,7 @@ def image_camera_from_dict(data: object, source: str | None = None) -> ImageCame
     eye = reader.pose(("camera",), view)
     if not reader.height_known(view):
         axis = "xyz"[reader.world.up]
-        raise reader.fail(("camera", axis), "must be the height of the eye above the plane", None)
+        raise reader.fail(("camera", axis), "must be the height of the eye above the plane", NEEDED)
     if eye.elevation <= 0:
         expected = "must be above the plane on which things stand, at 0"
         raise reader.fail(("camera", "xyz"[reader.world.up]), expected, float(eye.elevation))
@@ -133,24 +136,23 @@ def image_camera_from_dict(data: object, source: str | None = None) -> ImageCame
     distortion = tuple(given["distortion"])
     try:
         lens = Intrinsics(**{name: given[name] for name in ("fx", "fy", "cx", "cy", "width", "height")})
-        camera = Camera(
-            eye.position, eye.yaw, _field_of_view(reader, view, lens), eye.elevation, np.asarray(pitch)
-        )
-        place = np.array([eye.position[0], eye.elevation, eye.position[1]])
         roll = _roll(reader, view, float(eye.yaw), pitch) if in_space else 0.0
-        return ImageCamera(camera, View(lens, place, float(eye.yaw), pitch, roll), distortion)
+        fov = _field_of_view(reader, view, lens, roll)
+        camera = Camera(eye.position, eye.yaw, fov, eye.elevation, np.asarray(pitch))
+        place = np.array([eye.position[0], eye.elevation, eye.position[1]])
+        seen = View(lens, place, float(eye.yaw), pitch, roll)
+        return ImageCamera(camera, seen, distortion, reader.left_out("camera", ("range_m", "range")))
     except SnapshotError as problem:  # from a constructor, which does not know the file
         raise SnapshotError(problem.field, problem.expected, problem.got, source) from None
 
 
-def _field_of_view(reader: Reader, view: Values, lens: Intrinsics) -> FieldOfView:
-    """What the image shows; how far is the file's to say."""
-    edges = (
-        (lens.cx + 0.5) / lens.fx,
-        (lens.width - 0.5 - lens.cx) / lens.fx,
-        (lens.cy + 0.5) / lens.fy,
-        (lens.height - 0.5 - lens.cy) / lens.fy,
-    )
+def _field_of_view(reader: Reader, view: Values, lens: Intrinsics, roll: float) -> FieldOfView:
+    """What the image shows, to an upright camera's edges; how far is the file's to say."""
+    across = np.array([-(lens.cx + 0.5), lens.width - 0.5 - lens.cx]) / lens.fx
+    upwards = np.array([-(lens.height - 0.5 - lens.cy), lens.cy + 0.5]) / lens.fy
+    x, y = np.array([(a, b) for a in across for b in upwards]).T
+    right_hand, upright = x * np.cos(roll) - y * np.sin(roll), x * np.sin(roll) + y * np.cos(roll)
+    edges = (-right_hand.min(), right_hand.max(), upright.max(), -upright.min())
     left, right, up, down = (float(np.clip(np.arctan(edge), 0.0, _WIDEST)) for edge in edges)
     reach = view["range_m"]
     if view["range"] is not None:

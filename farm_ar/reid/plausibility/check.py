@@ -14,6 +14,9 @@ from farm_ar.reid.plausibility.sizes import check_sizes
 from farm_ar.reid.plausibility.view import check_bounds, check_poses, check_view, is_lost
 from farm_ar.scenes import UNKNOWN, Scene, Snapshot
 
+CAUSES, EFFECTS = ("mirrored", "units", "frame"), ("camera", "view", "bounds")
+"""Ways of writing a snapshot down wrongly, and what is then noticed as well, though it only follows."""
+
 
 def check(scene: Scene, snapshot: Snapshot) -> tuple[Finding, ...]:
     """What cannot be right in a scene and a snapshot of it, or hardly: each with what to do about it.
@@ -39,18 +42,33 @@ def check(scene: Scene, snapshot: Snapshot) -> tuple[Finding, ...]:
     kept = np.flatnonzero(sound)
     rest = some(snapshot, kept)
     found += _of(kept, check_sizes(scene, rest.detections))
-    found += _of(kept, check_view(scene, rest))
-    found += _of(kept, check_bounds(scene, rest))
     codes = {name: i for i, name in enumerate(layout.categories)} | {None: UNKNOWN}
     known = np.flatnonzero([name in codes for name in rest.detections.category])
     category = np.array([codes[rest.detections.category[i]] for i in known], dtype=np.int64)
-    found += check_frames(scene, some(rest, known), category)
+    frames = list(check_frames(scene, some(rest, known), category))
+    places = [*_of(kept, check_view(scene, rest)), *_of(kept, check_bounds(scene, rest))]
+    found += _causes(places, frames, bool(snapshot.assumed))
     names = {name for name in seen.category if name is not None}
     if names and names.isdisjoint(layout.categories):
         theirs = named(sorted(names))
         said = f"the scene has no {theirs}, only {named(list(layout.categories))}"
         found.append(Finding("categories", said + ": give both the same names"))
     return tuple(found)
+
+
+def _causes(places: list[Finding], frames: list[Finding], assumed: bool) -> list[Finding]:
+    """Findings about where things stand and about how they are written down, without what only follows.
+
+    Args:
+        places: about where things stand.
+        frames: about how the snapshot is written down.
+        assumed: whether a part of the view is, which is worth a word in any case.
+    """
+    if any(one.kind in CAUSES for one in frames):
+        return [one for one in places if assumed and one.kind == "view"] + frames
+    if any(one.kind == "mirrored" for one in places):  # the camera, too
+        places = [one for one in places if one.kind != "camera"]
+    return places + frames
 
 
 def _of(index: IntArray, found: Iterable[Finding]) -> Iterator[Finding]:

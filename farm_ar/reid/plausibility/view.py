@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray
-from farm_ar.geometry import bearing, distance
+from farm_ar.geometry import bearing, camera_frame, distance, footprint_corners
 from farm_ar.reid.plausibility.finding import Finding, named, number
 from farm_ar.reid.plausibility.kept import kept
 from farm_ar.scenes import PAPER_FIELD_OF_VIEW, Camera, Detections, Layout, Scene, Snapshot, World
@@ -23,7 +23,8 @@ _ASSUMED = {
 """What is taken of a view where a file does not give it."""
 
 MOSTLY = 0.8
-"""Share of the detections that a camera turned otherwise must have in view to be thought of."""
+"""Share of the detections that a camera turned otherwise must have in view to be thought of; and of the
+labels that a mirrored map must have inside its bounds."""
 
 
 def reach_of(seen: Detections, scene: Scene) -> FloatArray:
@@ -64,7 +65,8 @@ def check_view(scene: Scene, snapshot: Snapshot) -> Iterator[Finding]:
 
 def _other_headings(yaw: float, world: World) -> Iterator[tuple[float, str]]:
     """Headings that may be meant, and how they would come about, in the numbers of the snapshot's file."""
-    yield yaw + np.pi, "it were turned around"
+    xr = " (data of OpenXR, WebXR and ARKit need the frame openxr)" if world.frame == "unity" else ""
+    yield yaw + np.pi, f"it were turned around{xr}"
     yield -yaw, "its heading had the other sign"
     yield np.pi - yaw, "its heading were 180° less what it is"
     yield np.pi / 2 - yaw, f"its heading were {'90' if world.frame == 'unity' else '-90'}° less what it is"
@@ -72,7 +74,11 @@ def _other_headings(yaw: float, world: World) -> Iterator[tuple[float, str]]:
 
 
 def _outside_view(seen: Detections, camera: Camera, yaw: float, reach: FloatArray) -> BoolArray:
-    """(N,) which detections no part of a footprint of that reach brings into view."""
+    """(N,) which detections no part of a footprint of that reach brings into view.
+
+    Where the camera has a flat picture, a part of the box in the picture does, too: where a camera looks
+    down, the lower corners of its picture reach farther to the sides than its field of view on the plane.
+    """
     fov = camera.fov
     away = distance(camera.position, seen.position)
     angle = bearing(camera.position, np.asarray(yaw), seen.position)
@@ -83,16 +89,49 @@ def _outside_view(seen: Detections, camera: Camera, yaw: float, reach: FloatArra
     )
     # How far it is to the edge of the view: to the line, or, behind it, to the camera.
     aside = np.where(beyond < np.pi / 2, away * np.sin(np.clip(beyond, 0, np.pi / 2)), away)
-    outside: BoolArray = (away - fov.range_m > slack) | (aside > slack)
+    far = away - fov.range_m > slack
+    outside: BoolArray = far | ((aside > slack) & _outside_picture(seen, camera, yaw, reach))
+    return outside
+
+
+def _outside_picture(seen: Detections, camera: Camera, yaw: float, reach: FloatArray) -> BoolArray:
+    """(N,) which detections' boxes lie wholly beyond one edge of the camera's flat picture.
+
+    A box is as wide all round as its footprint reaches, and of no height where that is not known. All are
+    where the camera has no picture.
+    """
+    fov = camera.fov
+    if fov.up is None or fov.down is None or camera.height is None:
+        return np.ones(len(seen), dtype=bool)
+    wide = np.repeat(2 * reach[:, None], 3, axis=1)
+    around = footprint_corners(seen.position, np.full(len(seen), yaw), wide)
+    eye = np.array([camera.position[0], float(camera.height), camera.position[1]])
+    top = seen.elevation + np.nan_to_num(seen.size[:, 1])
+    corner = np.concatenate(
+        [np.insert(around, 1, height[:, None], axis=-1) for height in (seen.elevation, top)], axis=1
+    )
+    right, up, forward = np.moveaxis(
+        camera_frame(corner.reshape(-1, 3), eye, yaw, camera.pitch).reshape(len(seen), -1, 3), -1, 0
+    )
+    slack = SLACK * np.linalg.norm(corner - eye, axis=-1)
+    outside = np.zeros(len(seen), dtype=bool)
+    for angle, towards in ((fov.left, -right), (fov.right, right), (fov.up, up), (fov.down, -up)):
+        beyond = towards * np.cos(angle) - forward * np.sin(angle)
+        outside |= (beyond > slack).all(axis=1)
     return outside
 
 
 def check_bounds(scene: Scene, snapshot: Snapshot) -> Iterator[Finding]:
-    """Labels, or detections, that stand outside the bounds."""
+    """Labels, or detections, that stand outside the bounds; as one finding if all are mirrored."""
     if scene.bounds is None:
         return
     layout, seen, slack = scene.layout, snapshot.detections, _slack(scene)
     beyond = _labels_outside(scene)
+    if beyond.mean() > 0.5 and (how := _inside_if(scene)):
+        said = f"{number(int(beyond.sum()), 'label')} of {len(layout)} outside the scene's bounds, and inside"
+        todo = "declare the frame of the scene's file and of the snapshot's (unity, openxr, ros)"
+        yield Finding("mirrored", f"{said} with {how}: {todo}")
+        return
     if beyond.any():
         names = named([layout.labels[j] for j in np.flatnonzero(beyond)])
         said = f"{number(int(beyond.sum()), 'label')} of {len(layout)} outside the scene's bounds ({names})"
@@ -111,10 +150,28 @@ def check_bounds(scene: Scene, snapshot: Snapshot) -> Iterator[Finding]:
 @kept
 def _labels_outside(scene: Scene) -> BoolArray:
     """(M,) which labels stand outside the bounds."""
+    return _places_outside(scene, scene.layout.position)
+
+
+def _places_outside(scene: Scene, places: FloatArray) -> BoolArray:
+    """(M,) which labels would stand outside the bounds at places (M, 2)."""
     size = scene.layout.size
     across = np.hypot(size[:, 0], size[:, 2]) / 2
-    outside: BoolArray = _outside_by(scene.layout.position, scene) > _slack(scene) + np.nan_to_num(across)
+    outside: BoolArray = _outside_by(places, scene) > _slack(scene) + np.nan_to_num(across)
     return outside
+
+
+def _inside_if(scene: Scene) -> str:
+    """How the map must be mirrored to have the labels inside the bounds; empty if no way does."""
+    places, axes = scene.layout.position, scene.world.floor_axes
+    for mirrored, how in (
+        (places * [1.0, -1.0], f"{axes[1]} the other way"),
+        (places * [-1.0, 1.0], f"{axes[0]} the other way"),
+        (places[:, ::-1], f"{' and '.join(sorted(axes))} exchanged"),
+    ):
+        if _places_outside(scene, mirrored).mean() <= 1 - MOSTLY:
+            return how
+    return ""
 
 
 def _slack(scene: Scene) -> float:
