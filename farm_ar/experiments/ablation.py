@@ -36,7 +36,7 @@ from farm_ar.experiments.setting import (
 )
 from farm_ar.geometry import footprint_corners
 from farm_ar.reid import Identification, SpatialOptions, SpatialReid, accuracy
-from farm_ar.reid.spatial import TERMS, Term
+from farm_ar.reid.spatial_costs import TERMS, Term
 from farm_ar.reid.spatial_unity import SpatialUnityReid
 from farm_ar.scenes import Camera, Layout, LayoutNoise, Scene, Snapshot, observe, visible
 from farm_ar.sweeps import Row

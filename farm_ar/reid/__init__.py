@@ -28,7 +28,8 @@ from farm_ar.reid.registry import REIDENTIFIERS, ReidFactory, load_reid, reid_fa
 from farm_ar.reid.relational.method import RelationalReid
 from farm_ar.reid.relational.options import Relation, RelationalOptions
 from farm_ar.reid.session import Session
-from farm_ar.reid.spatial import TERMS, SpatialOptions, SpatialReid
+from farm_ar.reid.spatial import SpatialReid
+from farm_ar.reid.spatial_costs import TERMS, SpatialOptions
 
 __all__ = [
     "BASELINES",

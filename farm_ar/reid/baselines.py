@@ -16,7 +16,8 @@ from farm_ar.reid.categories import codes_in, declared_codes
 from farm_ar.reid.certificates import Choices, PoseMetric, certificate
 from farm_ar.reid.costs import translation_cost
 from farm_ar.reid.place import USUAL_LENGTH_M, lengths_of
-from farm_ar.reid.spatial import SpatialOptions, SpatialReid
+from farm_ar.reid.spatial import SpatialReid
+from farm_ar.reid.spatial_costs import SpatialOptions
 from farm_ar.scenes import UNKNOWN, Detections, Scene, Snapshot, Weights
 
 
@@ -55,7 +56,7 @@ class NearestReid(Reidentifier):
         )
 
     def costs(self, seen: Detections) -> FloatArray:
-        """(N, M) costs of Eq. 4, infinite where the categories rule a label out.
+        """(N, M) costs of Eq. 4, infinite where the categories exclude a label.
 
         Raises:
             SnapshotError: a detection's category is not one of the scene's.
@@ -68,7 +69,7 @@ class NearestReid(Reidentifier):
         return cost
 
     def _assure(self, seen: Detections, cost: FloatArray, nearest: IntArray) -> Assurance:
-        """How much nearer each label is than the next one; what T1 proves holds for this rule too."""
+        """How much nearer each label is than the next one; what T1 proves holds for this method too."""
         layout, rows = self.scene.layout, np.arange(len(seen))
         certified = certificate(
             seen,
@@ -181,4 +182,4 @@ BASELINES: dict[str, Callable[[Scene], Reidentifier]] = {
     "squared-distance": SquaredDistanceReid,
     "last-known": LastKnownReid,
 }
-"""The simpler rules by name."""
+"""The simpler methods by name."""

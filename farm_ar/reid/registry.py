@@ -17,7 +17,8 @@ from farm_ar.reid.baselines import BASELINES
 from farm_ar.reid.likelihood.method import LikelihoodReid
 from farm_ar.reid.partly_named import make_adaptive
 from farm_ar.reid.relational.method import RelationalReid
-from farm_ar.reid.spatial import SpatialOptions, SpatialReid
+from farm_ar.reid.spatial import SpatialReid
+from farm_ar.reid.spatial_costs import SpatialOptions
 from farm_ar.reid.spatial_space import SpatialSpaceReid
 from farm_ar.reid.spatial_unity import SpatialUnityReid
 from farm_ar.scenes import Scene

@@ -7,14 +7,15 @@ from functools import partial
 
 import numpy as np
 
-from farm_ar.arrays import FloatArray, IntArray
+from farm_ar.arrays import FloatArray
 from farm_ar.errors import SceneError
 from farm_ar.geometry import rotation_matrix
-from farm_ar.reid.answers import Assurance, Identification
-from farm_ar.reid.assignment import UNASSIGNED, margins_and_runners_up, solve_assignment
+from farm_ar.reid.answers import Identification
+from farm_ar.reid.assignment import UNASSIGNED, solve_assignment
 from farm_ar.reid.base import Reidentifier
 from farm_ar.reid.categories import codes_in, declared_codes, require_places
 from farm_ar.reid.costs import dimension_cost, orientation_cost, total_cost, translation_cost
+from farm_ar.reid.spatial_costs import assurance_of
 from farm_ar.scenes import UNKNOWN, Detections, Scene, Snapshot
 
 
@@ -58,7 +59,7 @@ class SpatialSpaceReid(Reidentifier):
             given,
             self.scene.layout.labels,
             solve_time=solve_time,
-            assurance=partial(_assurance, cost, column, names),
+            assurance=partial(assurance_of, cost, column, names),
         )
 
     def problem(self, snapshot: Snapshot) -> tuple[FloatArray, tuple[str | None, ...]]:
@@ -85,8 +86,3 @@ class SpatialSpaceReid(Reidentifier):
             weights.translation,
             weights.rotation,
         )
-
-
-def _assurance(cost: FloatArray, column: IntArray, names: tuple[str | None, ...]) -> Assurance:
-    margin, other = margins_and_runners_up(cost, column)
-    return Assurance(margin, tuple(None if j == UNASSIGNED else names[j] for j in other.tolist()))

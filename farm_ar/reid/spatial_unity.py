@@ -11,12 +11,12 @@ import numpy as np
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.errors import OptionError, SceneError, known_name
 from farm_ar.geometry import world_box
-from farm_ar.reid.answers import Assurance, Identification
-from farm_ar.reid.assignment import margins_and_runners_up, solve_lsap
+from farm_ar.reid.answers import Identification
+from farm_ar.reid.assignment import solve_lsap
 from farm_ar.reid.base import Reidentifier
 from farm_ar.reid.categories import require_places
 from farm_ar.reid.costs import rotation_cost, total_cost
-from farm_ar.reid.spatial import TERMS, Term, template_boxes
+from farm_ar.reid.spatial_costs import TERMS, Term, assurance_of, template_boxes
 from farm_ar.scenes import Detections, Scene, Snapshot
 
 _PAIRINGS = np.array(list(permutations(range(3))))
@@ -97,7 +97,7 @@ class SpatialUnityReid(Reidentifier):
             labels,
             sites,
             solve_time=solve_time,
-            assurance=partial(_assurance, cost, column, labels),
+            assurance=partial(assurance_of, cost, column, labels),
         )
 
     def problem(self, snapshot: Snapshot) -> tuple[FloatArray, tuple[str | None, ...]]:
@@ -240,8 +240,3 @@ def _to_segment(point: FloatArray, begin: FloatArray, end: FloatArray) -> float:
 def _in_space(position: FloatArray, elevation: FloatArray) -> FloatArray:
     """(N, 3) places with heights, metres."""
     return np.column_stack([position, elevation])
-
-
-def _assurance(cost: FloatArray, column: IntArray, labels: tuple[str, ...]) -> Assurance:
-    margin, other = margins_and_runners_up(cost, column)
-    return Assurance(margin, tuple(None if j < 0 else labels[j] for j in other.tolist()))

@@ -60,7 +60,7 @@ def test_a_difference_in_height_costs_what_a_shift_as_long_does() -> None:
     scene = shelf([0.0, 0.5])
     snapshot = seen(scene, [0, 1])
     reid = SpatialReid(scene)
-    weight = reid.weights.translation / scene.diagonal
+    weight = reid.costs.weights.translation / scene.diagonal
     assert reid.cost_terms(snapshot)["distance"][0] == pytest.approx(
         weight * np.array([0.0, 0.5, np.hypot(0.6, 0.2)])
     )

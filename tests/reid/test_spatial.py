@@ -92,7 +92,7 @@ def test_chosen_candidates_have_the_columns_of_the_whole_cost_matrix(rng: np.ran
     detections = Detections(layout.category[:9], layout.position[:9] + 0.2, layout.yaw[:9], layout.size[9:18])
     chosen = rng.permutation(len(layout))[:20]
     np.testing.assert_allclose(
-        reid.cost_matrix(detections, chosen), reid.cost_matrix(detections)[:, chosen], rtol=1e-13
+        reid.costs.matrix(detections, chosen), reid.costs.matrix(detections)[:, chosen], rtol=1e-13
     )
 
 
@@ -173,10 +173,10 @@ def test_a_term_left_out_does_not_count(left_out: str) -> None:
 def test_weights_are_the_scenes_own_or_the_papers_or_those_given() -> None:
     own, formula = Weights(1.0, 1.0), Weights.of_area(SIDE * SIDE)
     assert formula.translation == pytest.approx(0.36 * SIDE)
-    assert SpatialReid(room()).weights == own
-    assert SpatialReid(room(weights=None)).weights == formula
-    assert SpatialReid(room(), SpatialOptions(weights="paper")).weights == formula
-    assert SpatialReid(room(), SpatialOptions(weights=Weights(3.0, 0.0))).weights == Weights(3.0, 0.0)
+    assert SpatialReid(room()).costs.weights == own
+    assert SpatialReid(room(weights=None)).costs.weights == formula
+    assert SpatialReid(room(), SpatialOptions(weights="paper")).costs.weights == formula
+    assert SpatialReid(room(), SpatialOptions(weights=Weights(3.0, 0.0))).costs.weights == Weights(3.0, 0.0)
 
 
 def test_threshold_0_considers_the_cameras_own_site_only() -> None:

@@ -71,7 +71,7 @@ def test_the_kernel_and_the_equations_agree_where_something_is_not_known(seed, l
     columns = [scene.layout.index(label) for label in found.labels]
     assert found.cost == pytest.approx(cost[rows, columns])
     terms = {"move": np.linalg.norm(detections.position[:, None] - scene.layout.position, axis=-1)}
-    weights = reid.weights
+    weights = reid.costs.weights
     for i in range(5):
         for j in range(5):
             turn = abs(np.sin((detections.yaw[i] - scene.layout.yaw[j]) / 2))

@@ -38,12 +38,8 @@ def model_of(oracle: QueryOracle) -> Model:
         apart = isinstance(reid, NearestReid) and reid.gate_categories
         return Model(Weights(1.0, 0.0), apart, True)
     if isinstance(reid, SpatialReid):
-        terms, weights = reid.options.terms, reid.weights
-        used = Weights(
-            weights.translation if "translation" in terms else 0.0,
-            weights.rotation if "rotation" in terms else 0.0,
-        )
-        return Model(used, reid.options.gate_categories, False, "dimension" in terms)
+        used = Weights(reid.costs.translation_weight, reid.costs.rotation_weight)
+        return Model(used, reid.options.gate_categories, False, "dimension" in reid.options.terms)
     return Model(oracle.case.scene.cost_weights, True, False)
 
 

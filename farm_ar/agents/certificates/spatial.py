@@ -88,7 +88,7 @@ def is_covered(reid: SpatialReid) -> bool:
     options = reid.options
     all_candidates = options.threshold >= 1 or len(reid.scene.sites) < 2
     own_size = options.box == "local" or "dimension" not in options.terms
-    return all_candidates and own_size and max(_weights_in_use(reid)) > 0
+    return all_candidates and own_size and max(reid.costs.translation_weight, reid.costs.rotation_weight) > 0
 
 
 def spatial_bound(case: Case, reid: SpatialReid) -> Bound:
@@ -116,22 +116,14 @@ def spatial_bound(case: Case, reid: SpatialReid) -> Bound:
     )
 
 
-def _weights_in_use(reid: SpatialReid) -> tuple[float, float]:
-    """Of translation and rotation, 0 for a term that does not count."""
-    terms, weights = reid.options.terms, reid.weights
-    return (
-        weights.translation if "translation" in terms else 0.0,
-        weights.rotation if "rotation" in terms else 0.0,
-    )
-
-
 def _costs(case: Case, reid: SpatialReid) -> Costs:
     layout = case.layout
     other = ~np.eye(len(layout), dtype=bool)
     same = layout.category_code[:, None] == layout.category_code
     size = layout.size if "dimension" in reid.options.terms else np.ones_like(layout.size)
     return Costs(
-        *_weights_in_use(reid),
+        reid.costs.translation_weight,
+        reid.costs.rotation_weight,
         apart=np.linalg.norm(layout.position[:, None] - layout.position, axis=-1) / case.scene.diagonal,
         between=np.abs(np.sin(wrap(layout.yaw[:, None] - layout.yaw) / 2)),
         stretch=dimension_cost(size, size),
