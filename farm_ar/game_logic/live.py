@@ -17,7 +17,7 @@ from farm_ar.game_logic.physics.gripper import HandState
 from farm_ar.game_logic.physics.limits import Motion, MotionLimit
 from farm_ar.game_logic.physics.tabletop import Tabletop
 from farm_ar.game_logic.render_state import RenderState
-from farm_ar.scenes import Camera, Detections, Layout, Scene, Snapshot
+from farm_ar.scenes import Camera, Layout, Scene
 
 UPDATES = ("pause", "live")
 """When the game looks: once, after the hand has left, while all else waits; or all the time."""
@@ -78,17 +78,8 @@ class HandBefore:
         kept = np.flatnonzero((found.source < 0) | ~hidden[found.source])
         if len(kept) == len(found.source):
             return found
-        seen, rows = found.snapshot.detections, kept.tolist()
-        detections = Detections(
-            category=tuple(seen.category[k] for k in rows),
-            position=seen.position[rows],
-            yaw=seen.yaw[rows],
-            size=seen.size[rows],
-            elevation=seen.elevation[rows],
-            confidence=seen.confidence[rows],
-            uncertainty=seen.uncertainty and seen.uncertainty.at(kept),
-        )
-        return Perceived(Snapshot(found.snapshot.camera, detections), found.source[kept])
+        seen = found.snapshot.detections.at(kept)
+        return Perceived(replace(found.snapshot, detections=seen), found.source[kept])
 
 
 class LiveGame(FarmGame):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -131,6 +132,16 @@ class Detections(Record):
     def faulty(self) -> tuple[int, ...]:
         """The detections whose pose cannot be used."""
         return tuple([i for i, reason in enumerate(self.broken or ()) if reason is not None])
+
+    def at(self, index: IntArray) -> Detections:
+        """Some of them, each once, with all that is known of them."""
+        kept: dict[str, Any] = {
+            name: tuple([value[i] for i in index]) if isinstance(value, tuple) else value[index]
+            for name, value in vars(self).items()
+            if name != "uncertainty" and value is not None
+        }
+        kept.setdefault("tilt", None)
+        return Detections.trusted(**kept, uncertainty=self.uncertainty and self.uncertainty.at(index))
 
 
 @dataclass(frozen=True, eq=False)

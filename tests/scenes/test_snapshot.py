@@ -1,5 +1,6 @@
 """Snapshots: what was detected, one at a time and many as arrays."""
 
+import dataclasses
 import pickle
 from typing import Any
 
@@ -10,6 +11,7 @@ from hypothesis import strategies as st
 
 from farm_ar.errors import SnapshotError
 from farm_ar.scenes import UNKNOWN, Camera, Detections, FieldOfView, Snapshot, SnapshotBatch
+from farm_ar.scenes.uncertainty import Uncertainty
 
 ARRAYS = ("position", "yaw", "size", "elevation")
 
@@ -41,6 +43,30 @@ def test_there_may_be_no_detections():
     assert len(seen) == 0
     assert seen.position.shape == (0, 2)
     assert seen.size.shape == (0, 3)
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_some_of_the_detections_keep_all_that_is_known_of_them_in_the_order_asked_for(known):
+    n, rows = 4, [3, 0]
+    spread = Uncertainty(
+        np.eye(3) * np.arange(1.0, n + 1)[:, None, None], np.full(n, 0.5), *np.full((2, n), np.nan)
+    )
+    whole = Detections(
+        *(getattr(detections(n), name) for name in ("category", *ARRAYS, "confidence", "ids")),
+        track_id=("p", None, "q", "r"),
+        broken=("upside down", None, None, None),
+        tilt=np.arange(8.0).reshape(4, 2) / 10 if known else None,
+        uncertainty=spread if known else None,
+    )
+    kept = whole.at(np.array(rows))
+    for field in dataclasses.fields(Detections):
+        value, before = getattr(kept, field.name), getattr(whole, field.name)
+        if field.name == "uncertainty" and known:
+            np.testing.assert_array_equal(value.covariance[:, 0, 0], [4.0, 1.0])
+        elif before is None:
+            assert value is None, field.name
+        else:
+            assert list(map(str, value)) == [str(before[i]) for i in rows], field.name
 
 
 def test_no_array_of_detections_can_be_written_to_even_after_pickling():

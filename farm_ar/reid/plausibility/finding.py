@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import NamedTuple
 
-import numpy as np
-
 from farm_ar.arrays import IntArray
-from farm_ar.scenes import Detections, Snapshot
+from farm_ar.scenes import Snapshot
 
 
 class Finding(NamedTuple):
@@ -40,11 +38,4 @@ def number(count: int, noun: str = "detection") -> str:
 
 def some(snapshot: Snapshot, index: IntArray) -> Snapshot:
     """The snapshot with the detections at `index` only."""
-    seen = snapshot.detections
-    values = {field.name: getattr(seen, field.name) for field in fields(seen)}
-    uncertainty = values.pop("uncertainty")
-    kept = {
-        name: value[index] if isinstance(value, np.ndarray) else value and tuple(value[i] for i in index)
-        for name, value in values.items()
-    } | {"uncertainty": uncertainty and uncertainty.at(index)}
-    return replace(snapshot, detections=Detections.trusted(**kept))
+    return replace(snapshot, detections=snapshot.detections.at(index))

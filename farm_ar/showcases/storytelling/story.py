@@ -87,7 +87,9 @@ class Story:
             assert batch.truth is not None
             truth = batch.truth[0, : batch.count[0]]
             chairs = truth < len(moved)
-            story = cls(room, moved, _only(batch.snapshot(0), chairs.tolist()), truth[chairs])
+            whole = batch.snapshot(0)
+            seen = replace(whole, detections=whole.detections.at(np.flatnonzero(chairs)))
+            story = cls(room, moved, seen, truth[chairs])
             if all(moved.index(label) in story.source for label in CHARACTERS):
                 return story
 
@@ -148,18 +150,3 @@ def outcome_of(story: Story, seats: tuple[Seat, ...]) -> list[str]:
         on_it = away[nearest] <= NEAR_M and turn <= NEAR_RAD
         said.append("air" if not on_it else "own" if own else "other")
     return said
-
-
-def _only(snapshot: Snapshot, kept: list[bool]) -> Snapshot:
-    """A snapshot with some of its detections."""
-    seen = snapshot.detections
-    rows = [k for k, one in enumerate(kept) if one]
-    return Snapshot(
-        snapshot.camera,
-        type(seen)(
-            category=tuple(seen.category[k] for k in rows),
-            position=seen.position[rows],
-            yaw=seen.yaw[rows],
-            size=seen.size[rows],
-        ),
-    )
