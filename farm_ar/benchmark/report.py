@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 from farm_ar import __version__
 from farm_ar.agents.stress.figures import COLORS, SETTINGS, Line, bar_chart, line_chart, svg_of
+from farm_ar.agents.stress.report import templates_of
 from farm_ar.benchmark.asking import SIMPLE
 from farm_ar.benchmark.results import BREAKING_CASES, Results
 from farm_ar.benchmark.scores import BINS, Interval, Score
@@ -138,17 +139,9 @@ def write_results(results: Results, folder: str | os.PathLike[str]) -> list[Path
 
 def page_of(results: Results) -> str:
     """The whole page: it loads nothing, and runs nothing."""
-    from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
     from markupsafe import Markup
 
-    environment = Environment(
-        loader=ChoiceLoader([PackageLoader("farm_ar.benchmark"), PackageLoader("farm_ar.agents.stress")]),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
+    environment = templates_of("farm_ar.benchmark", "farm_ar.agents.stress")
     environment.filters |= {"number": number, "gain": gain, "percent": lambda share: f"{100 * share:.1f}%"}
     asked = asked_for(results)
     stating = [method for method in asked if results.calibrations[method].answers.any()]

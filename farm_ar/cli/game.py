@@ -196,7 +196,7 @@ def _at_a_terminal() -> bool:
 
 
 def _show(draft: Draft, make_reid: ReidFactory, out: Path) -> RenderState:
-    """Play what has been written so far, from the beginning, and tell and draw how things stand."""
+    """Play what has been written so far, from the beginning, and print and draw how things stand."""
     import numpy as np
 
     from farm_ar.cli.output import print_line, print_table, saying
@@ -245,10 +245,16 @@ def _print_table(moment: RenderState) -> None:
 
 
 def _print_end(draft: Draft, make_reid: ReidFactory) -> None:
-    from farm_ar.cli.output import print_line
     from farm_ar.showcases.film import outcome
 
     film, _ = outcome(draft.script(), make_reid, to_the_end=True)
+    _print_counters(film)
+
+
+def _print_counters(film: Film) -> None:
+    """Print the counters at the end of a game."""
+    from farm_ar.cli.output import print_line
+
     final = [row for row in film.counters if row["after"] == "end"]
     print_line("Counters at the end: " + ", ".join(row["label"] for row in final))
     astray = sum(row["misplaced"] + row["stranded"] for row in final)
@@ -288,10 +294,7 @@ def print_film(film: Film) -> None:
         rows = [["none" if v is None else str(v) for v in row.values()] for row in film.detections]
         print_table(list(film.detections[0]), rows, numbers=("x", "z", "yaw_deg", "cost"))
     print_line(f"Right: {film.right} of {len(film.detections)} detections")
-    final = [row for row in film.counters if row["after"] == "end"]
-    print_line("Counters at the end: " + ", ".join(row["label"] for row in final))
-    astray = sum(row["misplaced"] + row["stranded"] for row in final)
-    print_line(f"Animals that did not get into the building of their colour: {astray}")
+    _print_counters(film)
 
 
 DIFFERENT = 1

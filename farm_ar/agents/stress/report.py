@@ -7,7 +7,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -30,6 +30,9 @@ from farm_ar.agents.stress.study import Study, known_case
 from farm_ar.envs.generator import scene_of
 from farm_ar.scenes import Scene
 from farm_ar.scenes.files import csv_table, json_values, write_text
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
 
 COLUMNS = (
     "case", "reid", "attack", "asked", "least", "largest", "metres", "degrees", "moved", "wrong", "query",
@@ -185,20 +188,26 @@ def _times(study: Study) -> str:
     return csv_table(("case", "reid", "attack", "asked", "seconds"), study.measured)
 
 
-def page_of(study: Study, summary: Summary) -> str:
-    """The whole page: it loads nothing, and runs nothing."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-    from markupsafe import Markup
+def templates_of(*packages: str) -> Environment:
+    """The templates of pages in packages, those of the first one first: escaped, and strict about names."""
+    from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 
-    scene = scene_of(study.options.scene, game=False)
-    environment = Environment(
-        loader=PackageLoader("farm_ar.agents.stress"),
+    return Environment(
+        loader=ChoiceLoader([PackageLoader(package) for package in packages]),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
+
+
+def page_of(study: Study, summary: Summary) -> str:
+    """The whole page: it loads nothing, and runs nothing."""
+    from markupsafe import Markup
+
+    scene = scene_of(study.options.scene, game=False)
+    environment = templates_of("farm_ar.agents.stress")
     environment.filters |= {"number": number, "ratio": ratio, "share": share}
     environment.filters["as_way"] = lambda distance: in_metres(distance, scene)
     page = environment.get_template("report.html.j2")
