@@ -21,7 +21,10 @@ def drawn(category, pose):
     return Renderer([Instance(MESHES[category], np.array([x, 0.0, z]), yaw, 1)]).draw(CAMERA)
 
 
-@pytest.mark.parametrize(("category", "pose"), [("coop", (0.02, 0.05, 0.6)), ("hutch", (-0.1, 0.1, -2.0))])
+@pytest.mark.parametrize(
+    ("category", "pose"),
+    [("coop", (0.02, 0.05, 0.6)), pytest.param("hutch", (-0.1, 0.1, -2.0), marks=pytest.mark.long)],
+)
 def test_a_silhouette_is_fitted_to_millimetres(category, pose):
     mask = drawn(category, pose).ids == 1
     found = fit_silhouette(mask, CAMERA, MESHES[category], ChainOptions())
