@@ -1,4 +1,4 @@
-"""The numbers that the page on the environments tells of them, measured.
+"""The numbers that the page on the environments gives of them, measured.
 
     python benchmarks/environment_numbers.py [episodes]
 

@@ -1,6 +1,6 @@
 """A sweep of your own: the accuracy of the paper's method by scene and noise; finished units are kept.
 
-Killed and run again, it continues where it stopped. `farm-ar sweeps status out/own_sweep.sqlite` tells more.
+Killed and run again, it continues where it stopped. `farm-ar sweeps status out/own_sweep.sqlite` says more.
 """
 
 import numpy as np

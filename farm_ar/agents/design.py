@@ -63,7 +63,7 @@ def with_objects(scene: Scene, counts: Mapping[str, int]) -> Scene:
     """The scene with as many movable objects of each category as asked for, all at the room's middle.
 
     Args:
-        scene: its objects tell the categories' sizes; fixed ones stay.
+        scene: its objects give the categories' sizes; fixed ones stay.
         counts: how many of each category.
 
     Raises:

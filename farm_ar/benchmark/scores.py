@@ -155,7 +155,7 @@ def calibration(scored: Scored, rng: np.random.Generator) -> Calibration:
 
 
 class Selective(NamedTuple):
-    """What of the answers is stated to be sure: share of all detections, and the share of those right."""
+    """The answers of high confidence: share of all detections, and the share of those right."""
 
     coverage: float
     right: float

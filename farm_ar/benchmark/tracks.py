@@ -36,7 +36,7 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "heading": ("heading", "heading_deg", "yaw_deg"),
     "category": ("category", "type", "class", "label"),
 }
-"""Names of columns that are understood without being told."""
+"""Names of columns that are understood by default."""
 
 
 @dataclass(frozen=True, eq=False)

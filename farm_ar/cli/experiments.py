@@ -133,7 +133,7 @@ def export(
 ) -> None:
     """Write the rows of a sweep as CSV, in the order of its units.
 
-    What is not finished is left out; "status" tells.
+    What is not finished is left out; "status" says what that is.
     """
     from farm_ar.cli.options import writing
     from farm_ar.cli.output import print_line

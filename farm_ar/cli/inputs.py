@@ -270,7 +270,7 @@ def decided_by_category(reid: Reidentifier, snapshot: Snapshot, found: Identific
 
 
 def explanation(rule: Reidentifier, snapshot: Snapshot, detection: str, answer: Identification) -> str:
-    """Why a detection, by its id, gets the label that a rule gives it, or none.
+    """Why a detection, by its id, gets the label that a method gives it, or none.
 
     Args:
         rule: the method.

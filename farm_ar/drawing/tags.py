@@ -85,7 +85,7 @@ class Tags(Artist):
         self.set_in_layout(False)
 
     def set_figure(self, fig: Figure | SubFigure) -> None:
-        """Tell the parts, too, which figure they are in."""
+        """Give the parts, too, the figure that they are in."""
         super().set_figure(fig)
         for part in (*self.leaders, *self.texts):
             part.set_figure(fig)

@@ -296,7 +296,7 @@ class FarmToTableEnv(RecordedEnv):
         self._reward.begin(self)
         outcome = self._control.act(values, self._look, self._world, self._budget)
         if outcome.sighting is None:
-            self._reward.foresee(self)
+            self._reward.look_ahead(self)
         if outcome.over:
             self._finish_visit(outcome.sighting)
         effort = outcome.motion.effort(self._diagonal)

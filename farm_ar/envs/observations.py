@@ -60,7 +60,7 @@ BOUNDS: dict[str, tuple[float, float]] = {
 """The lowest and the highest value of each part of a state observation."""
 
 BELIEVED = {"believed_position", "believed_heading", "difference", "cost", "margin"}
-"""The parts that tell of what the game believes."""
+"""The parts about what the game believes."""
 
 MIRROR: dict[str, tuple[int, ...]] = {
     "position": (-1, 1),

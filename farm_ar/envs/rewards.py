@@ -22,7 +22,7 @@ class Term:
 
     Args:
         measure: the number, of an environment as it stands.
-        scale: what a unit of it is worth beside a wrong label.
+        scale: weight of a unit of it, a wrong label being 1.
         foresight: whether it speaks of the snapshot to come. It is then measured before a step's snapshot is
             taken, and does not rise in a step in which the game itself takes one.
         needs_game: whether there has to be a game.
@@ -81,7 +81,7 @@ def endpoint_error(env: FarmToTableEnv) -> float:
 
 
 MARGIN_SHARE = 0.5
-"""What a unit of ambiguity, or of clutter, is worth beside a wrong label."""
+"""Weight of a unit of ambiguity, or of clutter, a wrong label being 1."""
 
 REWARDS: dict[str, dict[str, Term]] = {
     "identity": {"identity": Term(wrong_labels)},
@@ -112,25 +112,25 @@ class Reward:
             (f"reward/{name}", term.measure, sign * term.scale, term.foresight)
             for name, term in terms.items()
         ]
-        self._foresees = any(term.foresight for term in terms.values())
+        self._looks_ahead = any(term.foresight for term in terms.values())
         self._effort_weight = effort_weight
         self._before: list[float] = []
-        self._foreseen: list[float] = []
+        self._ahead: list[float] = []
 
     def begin(self, env: FarmToTableEnv) -> None:
         """A step begins."""
-        self._before = self._foreseen = [measure(env) for _, measure, _, _ in self._terms]
+        self._before = self._ahead = [measure(env) for _, measure, _, _ in self._terms]
 
-    def foresee(self, env: FarmToTableEnv) -> None:
+    def look_ahead(self, env: FarmToTableEnv) -> None:
         """The step's action is carried out, and its snapshot, if it has one, is yet to be taken."""
-        if self._foresees:
-            self._foreseen = [measure(env) if foresight else 0.0 for _, measure, _, foresight in self._terms]
+        if self._looks_ahead:
+            self._ahead = [measure(env) if foresight else 0.0 for _, measure, _, foresight in self._terms]
 
     def paid(self, env: FarmToTableEnv, effort: float) -> dict[str, float]:
         """The terms of a step that is over, by their names in `info`; the reward is their sum."""
         paid = {}
         for k, (name, measure, scale, foresight) in enumerate(self._terms):
-            before, now = self._before[k], self._foreseen[k] if foresight else measure(env)
+            before, now = self._before[k], self._ahead[k] if foresight else measure(env)
             paid[name] = scale * (now - before) if now != before else 0.0
         paid[EFFORT] = -self._effort_weight * effort if effort else 0.0
         return paid

@@ -22,7 +22,7 @@ HEADINGS = (30, 15, 60)
 """SDs by which chairs are turned, degrees: the first is what the paper is compared at."""
 
 METHODS = ("spatial", "likelihood", "adaptive")
-"""The paper's method, and ours. All chairs look alike, so that categories tell nothing."""
+"""The paper's method, and ours. All chairs look alike, so that categories give no information."""
 
 ALONE, FUSED = "single frame", "fused over the walk"
 SHIFTS_M, HALVINGS = (0.02, 3.0), 9

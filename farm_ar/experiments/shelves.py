@@ -1,4 +1,4 @@
-"""Lifted and tilted objects (section 5.1): a shelf of two levels, where the plane alone tells little."""
+"""Lifted and tilted objects (section 5.1): a shelf of two levels, where the plane alone says little."""
 
 from __future__ import annotations
 

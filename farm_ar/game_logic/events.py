@@ -78,7 +78,7 @@ class PartsDetector(Protocol):
 
         Args:
             state: the moment, the truth included, for oracles; others look at a picture of it.
-            known: what was found before, which stays where nothing can be told.
+            known: what was found before, which stays where nothing can be seen.
         """
         ...
 

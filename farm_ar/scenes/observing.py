@@ -193,8 +193,8 @@ def observe_many(
 ) -> SnapshotBatch:
     """Snapshots of many layouts from many cameras at once.
 
-    Detections stand in the order in which the camera sees them, from left to right, so that their order tells
-    nothing of their labels.
+    Detections stand in the order in which the camera sees them, from left to right, so that their order
+    reveals nothing of their labels.
 
     Args:
         layout: its batch shape broadcasts with the camera's. L layouts seen from each of C cameras: give

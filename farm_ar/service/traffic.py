@@ -34,7 +34,7 @@ class Listener:
 
 
 class Traffic:
-    """Lets requests to a service, in threads, and tells listeners.
+    """Lets requests to a service, in threads, and informs listeners.
 
     Args:
         service: that is asked.
@@ -49,7 +49,7 @@ class Traffic:
         self._under_way = 0
 
     async def ask(self, name: str, action: str, body: bytes) -> Answer:
-        """Do something to a session, and tell its listeners."""
+        """Do something to a session, and inform its listeners."""
         answer: Answer = await self._in_turn(name, lambda: self.service.call(name, action, body))
         if answer.status < 300:
             self._tell(name, gone=action == "delete")
@@ -78,7 +78,7 @@ class Traffic:
         return listener
 
     def leave(self, name: str, listener: Listener) -> None:
-        """Tell someone no more."""
+        """Inform someone no more."""
         there = self._listeners.get(name, set())
         there.discard(listener)
         if not there:
@@ -163,7 +163,7 @@ class Traffic:
 
 
 def _end(listener: Listener) -> None:
-    """Tell a listener that nothing more comes, in place of what waits."""
+    """Inform a listener that nothing more comes, in place of what waits."""
     while not listener.events.empty():
         listener.events.get_nowait()
     listener.events.put_nowait(None)

@@ -228,7 +228,7 @@ class Unit:
 
     @cached_property
     def key(self) -> str:
-        """What tells this unit from all others: a hash of all it consists of."""
+        """What identifies this unit: a hash of all it consists of."""
         whole = "\0".join((self.function, self.text, str(self.seed), self.version))
         return sha256(whole.encode()).hexdigest()[:32]
 

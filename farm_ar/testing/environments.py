@@ -201,7 +201,7 @@ def check_trace(make_env: MakeEnv, seed: int = 0, steps: int = 60) -> None:
         digest = replay(trace, other)
     require(digest == trace["hash"], "a trace plays again to another hash")
     shorter = {**trace, "actions": trace["actions"][:-1]}
-    require(replay(shorter, other) != trace["hash"], "the hash of a trace does not tell a missing action")
+    require(replay(shorter, other) != trace["hash"], "the hash of a trace does not show a missing action")
 
 
 def _pickled(env: Env) -> Env:

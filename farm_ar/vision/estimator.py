@@ -21,7 +21,7 @@ from farm_ar.vision.network import SHIPPED, PoseNetwork, network_of
 from farm_ar.vision.refinement import MOST_FACES, Guesses, Refined, Solid, refine
 
 LEAST_HEAT = 0.18
-"""What the network is less sure of is not looked at."""
+"""What the network is less confident of is not looked at."""
 
 SURE_HEAT = 0.35
 """Of what hides other things."""

@@ -35,7 +35,7 @@ class Pointer:
 
     @classmethod
     def told(cls, message: Mapping[str, Any]) -> Pointer:
-        """The pointer that a page tells of.
+        """The pointer that a page sends.
 
         Raises:
             OptionError: a value is not what it should be.

@@ -36,7 +36,7 @@ class Round:
 
     Attributes:
         stage: how far the round is.
-        facts: what pages are told of it beside.
+        facts: what pages are sent of it beside.
     """
 
     mode = FREE

@@ -7,7 +7,7 @@ import numpy as np
 from farm_ar.agents.attacks.base import Attack, QueryOracle
 from farm_ar.agents.attacks.boundary_refinement import refine
 from farm_ar.agents.attacks.cost_model import Model, model_of, stretch_of
-from farm_ar.agents.attacks.minimal_perturbation import Component, Crafted, craft, room_of
+from farm_ar.agents.attacks.minimal_perturbation import Component, Perturbation, perturb, room_of
 from farm_ar.agents.cases import Case
 from farm_ar.agents.certificates.regions import distance_to, seen_polygon, way_out
 from farm_ar.arrays import FloatArray
@@ -20,20 +20,20 @@ STEPS = 2500
 """Children in the search of each."""
 
 MARGINS = (1.0, 1.03, 1.1, 1.3, 1.6)
-"""How far a crafted displacement is carried on, for methods that need more than the paper's."""
+"""How far a constructed displacement is extrapolated, for methods that need more than the paper's."""
 
 
 class Analytic(Attack):
-    """Craft the cheapest displacements for pairs, short cycles and paths; ask; refine the cheapest failure.
+    """Construct the cheapest displacements of pairs, cycles and paths; ask; refine the cheapest failure.
 
-    Crafting needs no queries, being arithmetic on the paper's cost (T2, T3, T5); what it promises is asked of
-    the re-identifier at hand, which may be another.
+    Construction needs no queries, being arithmetic on the paper's cost (T2, T3, T5); what it promises is
+    asked of the re-identifier at hand, which may be another.
     """
 
     def __call__(self, oracle: QueryOracle, rng: np.random.Generator) -> None:
         """See `Attack`."""
-        crafted = craft_all(oracle, rng)
-        for one in crafted:
+        perturbations = cheapest_perturbations(oracle, rng)
+        for one in perturbations:
             if oracle.left <= 0 or (oracle.cheapest is not None and one.distance >= oracle.least):
                 break
             home, home_yaw = oracle.case.layout.position, oracle.case.layout.yaw
@@ -43,17 +43,17 @@ class Analytic(Attack):
         refine(oracle, rng)
 
 
-def craft_all(oracle: QueryOracle, rng: np.random.Generator) -> list[Crafted]:
-    """The crafted displacements of the cheapest errors, cheapest first, without hopelessly dear ones."""
+def cheapest_perturbations(oracle: QueryOracle, rng: np.random.Generator) -> list[Perturbation]:
+    """The displacements constructed for the cheapest errors, cheapest first, without hopelessly dear ones."""
     case = oracle.case
     model = model_of(oracle)
     room = room_of(case, model)
-    found: list[Crafted] = []
+    found: list[Perturbation] = []
     least = oracle.budget
     for component in cheapest_components(case, model, COMPONENTS):
         if component.guess > 1.02 * least and len(found) > 3:
             break
-        one = craft(case, room, component, rng, STEPS)
+        one = perturb(case, room, component, rng, STEPS)
         if one.distance <= oracle.budget:
             found.append(one)
             least = min(least, one.distance)

@@ -98,7 +98,7 @@ def layouts_left(policy: Policy, env: FarmToTableEnv, case: Case) -> Iterator[tu
         over, after = terminated or truncated, env.world.truth
         turn = wrap(after.yaw - layout.yaw)
         if np.any(after.position != before.position) or np.any(after.yaw != before.yaw):
-            # Physics tells headings but for whole turns, and the last bits.
+            # Physics knows headings but for whole turns, and the last bits.
             still = (np.abs(turn) < ROUNDING) & np.all(after.position == layout.position, axis=1)
             yield after.position, np.where(still | layout.fixed, layout.yaw, layout.yaw + turn)
         before = after

@@ -22,7 +22,7 @@ GAIN = 1e-6
 """By how much the error is to be the better answer, in cost; and how far inside its limits all is to stay."""
 
 STEEPNESS = 4.0
-"""What a violation costs beside distance: no violation is worth the distance that it saves."""
+"""What a violation costs beside distance: no violation pays for itself by the distance that it saves."""
 
 
 class Component(NamedTuple):
@@ -134,7 +134,7 @@ class Draws(NamedTuple):
     picks: IntArray
 
 
-class Crafted(NamedTuple):
+class Perturbation(NamedTuple):
     """A perturbation: (N, 2) metres, (N,) radians, and its distance; infinite where none was found."""
 
     position: FloatArray
@@ -142,9 +142,9 @@ class Crafted(NamedTuple):
     distance: float
 
 
-def craft(
+def perturb(
     case: Case, room: Room, component: Component, rng: np.random.Generator, steps: int, restarts: int = 3
-) -> Crafted:
+) -> Perturbation:
     """Search the cheapest displacement after which a component is the better answer.
 
     An evolution strategy of one parent and one child; its violations cost more than the distance they save.
@@ -162,7 +162,7 @@ def craft(
     goal = np.roll(chain, -1) if component.closed else np.append(chain[1:], component.end)
     movers = _movers(case, chain, component.end)
     error = Error(chain, goal, movers, component.end if component.hidden else -1)
-    best = Crafted(room.home, room.home_yaw, np.inf)
+    best = Perturbation(room.home, room.home_yaw, np.inf)
     for restart in range(restarts):
         share = rng.uniform(0.4, 1.0, len(chain)) if restart else np.full(len(chain), 0.55)
         position, yaw = room.home.copy(), room.home_yaw.copy()
@@ -173,7 +173,7 @@ def craft(
         picks = rng.integers(0, 2 * len(movers), steps)
         distance = evolve(room, error, position, yaw, Draws(normals, picks))
         if distance < best.distance:
-            best = Crafted(position, yaw, distance)
+            best = Perturbation(position, yaw, distance)
     return best
 
 

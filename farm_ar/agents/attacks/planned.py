@@ -21,7 +21,7 @@ BEAM = 24
 """Unfinished plans that are kept."""
 
 AMBIGUITY_SHARE = 0.5
-"""What an object on the verge of being misread is worth beside a wrong label while a plan is unfinished."""
+"""Weight of an object on the verge of being misread, a wrong label being 1, while a plan is unfinished."""
 
 DISTANCE_SHARE = 0.5
 """What a unit of distance takes from that."""

@@ -73,7 +73,7 @@ def seen_polygons(case: Case) -> list[FloatArray]:
 def way_out(camera: Camera, place: FloatArray, size: tuple[float, float], inset: float) -> float:
     """How far a pivot in view is from the nearest place in the room out of view, at the least; metres.
 
-    Zero where that cannot be told: for a view with vertical limits, or half a turn wide or more.
+    Zero where that is not known: for a view with vertical limits, or half a turn wide or more.
     """
     fov = camera.fov
     planes = view_planes(camera)

@@ -112,7 +112,7 @@ class AnalyticPolicy(Policy):
         self._beam = beam
 
     def act(self, env: FarmToTableEnv) -> Any:
-        """The first step of the best plan from here; leaving, or doing nothing, where there is none.
+        """The first step of the best plan from here; ending the turn, or doing nothing, where there is none.
 
         Raises:
             OptionError: the hand is steered, or the policy is a helper.

@@ -105,7 +105,7 @@ def play_episodes(env: Any, policy: Policy, seeds: Iterable[int]) -> list[Episod
 
 
 def action_of(env: FarmToTableEnv, moves: Sequence[Move]) -> Any:
-    """The action that makes the first of the moves, or all where a visit is one action; leaving without any.
+    """The action that makes the first of the moves, or all where a visit is one action; without any, the end.
 
     Args:
         env: an environment in an episode.

@@ -15,7 +15,7 @@ from farm_ar.reid.assignment import Rule, assess_objects, known_objects
 from farm_ar.structs import Structs
 
 AMBIGUITY_SHARE = 0.5
-"""What a unit of ambiguity is worth beside a wrong label while a plan is unfinished."""
+"""Weight of a unit of ambiguity, a wrong label being 1, while a plan is unfinished."""
 
 SLACK = 0.05
 """By how much less than the best one a plan may gain, if its steps are to be tried in another order."""
@@ -201,7 +201,7 @@ def _go_on(
                     if not is_clear(table, terms, place, turned, i, x, z, heading):
                         continue
                     known.add(key)
-                    fooled, unsure = _foresee(task, plans, b, i, (x, z, heading), judged)
+                    fooled, unsure = _look_ahead(task, plans, b, i, (x, z, heading), judged)
                     price = terms.effort_metre * (spent[0] + metres)
                     price += terms.effort_radian * (spent[1] + radians)
                     gain = wrong - plans.wrong[b, code] + fooled - price
@@ -216,7 +216,7 @@ def _go_on(
 
 
 @compiled(inline="always")
-def _foresee(
+def _look_ahead(
     task: Task,
     plans: Plans,
     b: int,

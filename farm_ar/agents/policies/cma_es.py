@@ -9,14 +9,14 @@ import numpy as np
 
 from farm_ar.agents.packages import package
 from farm_ar.agents.policies.base import Policy, action_of, moves_left, possible
-from farm_ar.agents.policies.lookahead import effort_of, foresee, placed
+from farm_ar.agents.policies.lookahead import effort_of, look_ahead, placed
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.envs import FarmToTableEnv
 from farm_ar.envs.actions import Move
 from farm_ar.geometry import deepest_overlap
 
 AMBIGUITY_SHARE = 0.5
-"""What a unit of ambiguity is worth beside a wrong label, so that the search has a slope to follow."""
+"""Weight of a unit of ambiguity, a wrong label being 1, so that the search has a slope to follow."""
 
 OVERLAP_PRICE = 20.0
 """What a metre of overlap costs in the search: the hand would push instead."""
@@ -34,7 +34,7 @@ class CmaPolicy(Policy):
         self._rng, self._tries = rng, tries
 
     def act(self, env: FarmToTableEnv) -> Any:
-        """The largest move of the best set found, or the whole set; leaving where none is worth its effort.
+        """The largest move of the best set found, or the whole set; the end of the turn where none pays.
 
         Raises:
             OptionError: the hand is steered.
@@ -80,7 +80,7 @@ class CmaPolicy(Policy):
         view, option = env.view, env.config
         fitted = [env.budget.fitted(moves) for moves in plans]
         poses = [placed(view, moves) for moves in fitted]
-        seen = foresee(env, np.array([p for p, _ in poses]), np.array([y for _, y in poses]))
+        seen = look_ahead(env, np.array([p for p, _ in poses]), np.array([y for _, y in poses]))
         effort = np.array([effort_of(view, moves) for moves in fitted])
         depth = np.array([deepest_overlap(p, y, view.truth.size) for p, y in poses])
         harm = seen.wrong + AMBIGUITY_SHARE * seen.ambiguity

@@ -8,7 +8,7 @@ import numpy as np
 from gymnasium import spaces
 
 from farm_ar.agents.policies.base import Policy
-from farm_ar.agents.policies.lookahead import effort_of, foresee, placed
+from farm_ar.agents.policies.lookahead import effort_of, look_ahead, placed
 from farm_ar.agents.policies.random import RandomPolicy
 from farm_ar.arrays import IntArray
 from farm_ar.envs import FarmToTableEnv
@@ -16,7 +16,7 @@ from farm_ar.envs.controls import MoveControl
 from farm_ar.errors import OptionError
 
 AMBIGUITY_SHARE = 0.5
-"""What a unit of ambiguity is worth beside a wrong label: the first moves of an attack gain nothing else."""
+"""Weight of a unit of ambiguity, a wrong label being 1: the first moves of an attack gain nothing else."""
 
 
 class GreedyPolicy(Policy):
@@ -42,7 +42,7 @@ class GreedyPolicy(Policy):
         actions = self._actions(env)
         asked = [control.asked(action, env.view, env.budget) or [] for action in actions]
         poses = [placed(env.view, moves) for moves in asked]
-        seen = foresee(env, np.array([p for p, _ in poses]), np.array([y for _, y in poses]))
+        seen = look_ahead(env, np.array([p for p, _ in poses]), np.array([y for _, y in poses]))
         effort = np.array([effort_of(env.view, moves) for moves in asked])
         harm = seen.wrong + AMBIGUITY_SHARE * seen.ambiguity
         score = env.config.sign * harm - env.config.effort_weight * effort
@@ -58,7 +58,7 @@ class GreedyPolicy(Policy):
 
 
 def allowed_actions(env: FarmToTableEnv) -> IntArray:
-    """(A, D), or (A,) of one number, all discrete actions that make sense now; leaving once."""
+    """(A, D), or (A,) of one number, all discrete actions that make sense now; ending the turn once."""
     space = env.action_space
     if isinstance(space, spaces.Discrete):
         return np.flatnonzero(env.action_masks())

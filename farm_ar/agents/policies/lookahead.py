@@ -15,7 +15,7 @@ from farm_ar.reid.assignment import Rule, assess, known_at, seen_at
 from farm_ar.scenes import visible
 
 
-class Foreseen(NamedTuple):
+class LookAhead(NamedTuple):
     """What B tables would come to.
 
     Args:
@@ -27,7 +27,7 @@ class Foreseen(NamedTuple):
     ambiguity: FloatArray
 
 
-def foresee(env: FarmToTableEnv, position: FloatArray, yaw: FloatArray) -> Foreseen:
+def look_ahead(env: FarmToTableEnv, position: FloatArray, yaw: FloatArray) -> LookAhead:
     """What the paper's method would make of B tables, of which each would be seen from the visit's camera.
 
     Args:
@@ -50,7 +50,7 @@ def foresee(env: FarmToTableEnv, position: FloatArray, yaw: FloatArray) -> Fores
     wrong[b, found.label[b, i]] = found.label[b, i] != i
     counted = truth.movable & np.isfinite(found.margin)
     closeness = 1.0 - np.minimum(np.where(counted, found.margin, MARGIN_SCALE) / MARGIN_SCALE, 1.0)
-    return Foreseen(wrong.sum(axis=1), closeness.sum(axis=1) / 2)
+    return LookAhead(wrong.sum(axis=1), closeness.sum(axis=1) / 2)
 
 
 def placed(view: TableView, moves: list[Move]) -> tuple[FloatArray, FloatArray]:

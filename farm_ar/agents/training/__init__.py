@@ -1,1 +1,1 @@
-"""Training of policies with Stable-Baselines3, and what they are worth beside other policies."""
+"""Training of policies with Stable-Baselines3, and their scores beside those of other policies."""

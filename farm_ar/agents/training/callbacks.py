@@ -19,7 +19,7 @@ from farm_ar.agents.training.checkpoints import write_model
 from farm_ar.agents.training.run_folder import BEST, CHECKPOINTS, RunFolder, Table
 
 LINE_EVERY_S = 10.0
-"""How often a line tells of a run where no terminal shows a bar."""
+"""How often a line reports a run where no terminal shows a bar."""
 
 TRAINING = ("steps", "seconds", "mean_return", "mean_length")
 EVALUATIONS = ("steps", "mean_return", "best_mean_return")

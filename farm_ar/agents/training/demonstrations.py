@@ -18,7 +18,7 @@ CANDIDATES = 2 * SHOWN
 """How many are looked at, as several may mean the same action."""
 
 TOLERANCE = 0.005
-"""By how much less a plan must gain to be worth less by the factor e: below the effort of a useless move."""
+"""Loss of a plan's gain at which its value falls by the factor e: below the effort of a useless move."""
 
 
 class Demonstration(NamedTuple):

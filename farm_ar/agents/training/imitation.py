@@ -21,7 +21,7 @@ VALUE_SHARE = 0.1
 """What the error of the values counts beside that of the choices."""
 
 LEAST = 1e-12
-"""What choices are worth at least."""
+"""The least value of a choice."""
 
 LOWEST_RATE = 0.02
 """The share of itself below which the rate does not fall."""
@@ -128,7 +128,7 @@ def mirrored(
 
 
 def _errors(policy: ObjectPolicy, moments: dict[str, npt.NDArray[Any]]) -> tuple[Tensor, Tensor]:
-    """How little the policy's choices are worth to the planner, as a logarithm; how wrong its values are."""
+    """Negative logarithm of the planner's value of the policy's choices; how wrong its values are."""
     names = policy.observation_space.spaces  # type: ignore[attr-defined]
     seen = {name: torch.as_tensor(moments[name]) for name in names}
     distribution, values = policy.outlook(seen, moments["masks"], apart=True)

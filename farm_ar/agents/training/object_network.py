@@ -88,7 +88,7 @@ class ObjectNetwork(nn.Module):
         """What is to be done with an object, once it has been chosen.
 
         A level's logit is a free number plus a parabola over the levels, so that what is learnt of one level
-        tells something about its neighbours.
+        says something about its neighbours.
 
         Args:
             scores: of the moments.
@@ -154,7 +154,7 @@ class Scores:
 
     Args:
         which: (B, M) logits of the objects.
-        leave: (B, 1) logit of leaving.
+        leave: (B, 1) logit of ending the turn.
         value: (B, 1) of the moment.
         known: (B, M, width) of the objects.
         pairs: (B, M, M, features) of an object and the label of another.

@@ -88,7 +88,7 @@ class PointerDistribution:
     Args:
         network: gives the levels.
         scores: of the moments.
-        which: (B, N + 1) logits of the objects that move, and of leaving.
+        which: (B, N + 1) logits of the objects that move, and of ending the turn.
         place: (B, M, K) whether an object is the k-th of its kind; None where the action has no label.
     """
 
@@ -194,7 +194,7 @@ class ObjectPolicy(MaskableActorCriticPolicy):
 
     Args:
         observation_space: of `observation="state"`.
-        action_space: which object, or leaving, and the rest.
+        action_space: which object, or the end of the turn, and the rest.
         lr_schedule: learning rate.
         width: of what is known of an object.
         pair_width: of what is known of a pair of objects.

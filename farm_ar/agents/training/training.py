@@ -158,7 +158,7 @@ def _environments(
 
 
 def _monitored(run: Run, seed: int, count: int, judging: bool) -> VecEnv:
-    """Environments whose episodes are told of: in a batch where they can be, to the same bits."""
+    """Environments whose episodes are reported: in a batch where they can be, to the same bits."""
     arguments = dict(run.recipe.env_kwargs)
     if not (judging or run.processes) and can_be_batched(run.env, arguments):
         batch = BatchedVecEnv.of(run.env, count, run.threads, monitor=True, **arguments)

@@ -125,7 +125,7 @@ def seen_as(
         name: of the scene.
         known: the first look.
         now: what is really there at the second; labels that the first look lacks are new objects.
-        rng: puts the detections in an order that tells nothing, and drives the detector.
+        rng: puts the detections in an order without information, and drives the detector.
         camera: that of the second look; one that sees the whole area by default.
         detector: what goes wrong; by default nothing.
     """

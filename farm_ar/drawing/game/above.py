@@ -57,7 +57,7 @@ class TableFromAbove:
     Args:
         scene: the table.
         size: width and height of the pictures, pixels.
-        header: whether a bar at the top tells phase, caption and time.
+        header: whether a bar at the top shows phase, caption and time.
     """
 
     def __init__(self, scene: Scene, size: tuple[int, int] = (640, 480), header: bool = True) -> None:
@@ -144,7 +144,7 @@ class TableFromAbove:
     def _crowded(self, layout: Layout) -> FloatArray:
         """(C, 4) left, top, right, bottom of where animals crowd: before the doors that they come from.
 
-        In small boxes, for what is small is worth as much as what is large.
+        In small boxes, so that what is small counts as much as what is large.
         """
         if not ground.is_farm(self.scene):
             return np.zeros((0, 4))

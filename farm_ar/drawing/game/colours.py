@@ -1,4 +1,4 @@
-"""Colours of the game's pictures: labels, buildings, and everything that tells of the game's state."""
+"""Colours of the game's pictures: labels, buildings, and everything that shows the game's state."""
 
 from __future__ import annotations
 

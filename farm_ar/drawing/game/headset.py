@@ -39,7 +39,7 @@ class HeadsetView:
         scene: the table.
         size: width and height of the pictures, pixels; the view's left and right limits are those of the
             picture.
-        header: whether a bar at the top tells phase, caption and time.
+        header: whether a bar at the top shows phase, caption and time.
         scenery: of the scene, where another drawer has it already.
     """
 

@@ -29,7 +29,7 @@ class BatchedVecEnv(VecEnv):
     Args:
         num_envs: how many.
         threads: how many at most; as many as there are processors by default.
-        monitor: whether infos tell of episodes that ended, under `episode`, as `Monitor` does.
+        monitor: whether infos report episodes that ended, under `episode`, as `Monitor` does.
         arguments: of the environment, the fields of `EnvConfig`.
 
     Raises:

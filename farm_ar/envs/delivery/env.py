@@ -23,7 +23,7 @@ from farm_ar.geometry import direction
 
 TOUCH_COST = 0.1
 SECOND_COST = 0.01
-"""What touching something, and a second, cost beside a delivery that is worth 1."""
+"""What touching something, and a second, cost, a delivery being 1."""
 
 
 class DeliverToChairEnv(gym.Env[Any, Any]):

@@ -144,7 +144,7 @@ def objects_of(snapshots: Sequence[Snapshot]) -> tuple[Detections, tuple[IntArra
 
 
 def _alone(answer: Identification, snapshot: Snapshot) -> Tracking:
-    """What one snapshot says: how exact its poses are cannot be told."""
+    """What one snapshot says: how exact its poses are is not known."""
     n = len(snapshot.detections)
     nothing = np.full(n, np.nan)
     return Tracking((answer,), snapshot.detections, (np.arange(n),), nothing, nothing, answer)

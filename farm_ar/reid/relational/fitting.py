@@ -18,7 +18,7 @@ LEAST_MODEL = 1e-2
 """Probability, of the most probable one's, of a model that is looked at in every step."""
 
 HOPELESS = 2.0
-"""By how much, in logarithms, a motion that is worth improving may fall short of one that counts."""
+"""By how much, in logarithms, a motion that is improved may fall short of one that counts."""
 
 STILL = 1e-3
 """By how much a motion that is found may still change: radians, and metres in a scene of the usual length."""

@@ -54,14 +54,14 @@ class RelationalReid(LikelihoodReid):
         return type(self), (self.scene, self.shared)
 
     def _twin(self) -> RelationalReid:
-        """The same rule, sharing its arrays, which may be told things that this one is not."""
+        """The same method, sharing its arrays, which may know things that this one does not."""
         twin = object.__new__(type(self))
         twin.__dict__.update(self.__dict__)
         return twin
 
     @classmethod
     def without_relations(cls, reid: LikelihoodReid) -> RelationalReid:
-        """A rule that answers as `LikelihoodReid` does, and knows what several cameras see between them."""
+        """A method that answers as `LikelihoodReid` does, and knows what several cameras see between them."""
         return cls(reid.scene, RelationalOptions(alone=reid.options, drift=0.0, group=0.0))
 
     def identify_objects(self, objects: Detections, cameras: Sequence[Camera]) -> Identification:
@@ -71,7 +71,7 @@ class RelationalReid(LikelihoodReid):
             SnapshotError: an object's category is not one of the scene's, there is no camera, or they differ
                 in their field of view or in whether their height is known.
         """
-        # The same rule, told of more cameras than the snapshot's own.
+        # The same method, which knows more cameras than the snapshot's own.
         rule = self._twin()
         rule._between = _batch(cameras)
         return rule.identify(Snapshot(cameras[-1], objects))

@@ -226,7 +226,7 @@ class Session:
             raise SessionError("session", "must have a decision to undo", "none")
         last = decisions[-1]
         later = self._events[last + 1 :]
-        if isinstance(self._events[last], Aligned):  # what was believed in that frame tells nothing
+        if isinstance(self._events[last], Aligned):  # what was believed in that frame says nothing
             later = tuple(
                 [replace(one, tracks=(None,) * len(one.tracks)) for one in later if isinstance(one, Looked)]
             )

@@ -153,7 +153,7 @@ def after(state: State, event: Event) -> State:
     """
     if isinstance(event, Aligned):
         look = state.look
-        if look is not None and not look.confirmed:  # what was believed in another frame tells nothing
+        if look is not None and not look.confirmed:  # what was believed in another frame says nothing
             look = replace(look, tracks=(None,) * len(look.tracks))
         return replace(state, frame=event, look=look)
     if isinstance(event, Looked):

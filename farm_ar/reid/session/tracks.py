@@ -1,6 +1,6 @@
-"""Tracks that go on: what a tracker's name for a thing tells of its label in the next snapshot.
+"""Tracks that go on: what a tracker's name for a thing says of its label in the next snapshot.
 
-While a thing is tracked, that it moves away from where it was tells nothing of what it is. So a track that
+While a thing is tracked, that it moves away from where it was says nothing of what it is. So a track that
 has moved, or whose label was confirmed, keeps what was believed of it, but for the rate at which tracks
 switch to another thing; a track that stands where it began is identified by the picture as it is now.
 """
@@ -28,7 +28,7 @@ LEAST_BELIEF = 1e-3
 """The least probability that is remembered."""
 
 MOST_ODDS = 20.0
-"""The most that a track tells, in logarithms of odds."""
+"""The most that a track counts, in logarithms of odds."""
 
 TAKEN_FOR_RIGHT = 0.9
 """Probability of labels from methods that give none."""
@@ -40,7 +40,7 @@ class Track(Record):
 
     Args:
         start: where it was identified, x and z, metres, in the map's frame.
-        held: whether it has moved from there, or was confirmed, so that its picture tells little.
+        held: whether it has moved from there, or was confirmed, so that its picture says little.
         belief: probability of each label; what they lack of 1 is that it is none.
     """
 

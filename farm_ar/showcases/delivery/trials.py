@@ -17,7 +17,7 @@ METHODS = ("naive", "spatial", "likelihood", "adaptive")
 """naive drives to where the target was, and delivers to the chair that stands nearest to there."""
 
 SURE = 0.8
-"""Probability from which on a delivery counts as a sure one."""
+"""Probability from which on a delivery counts as a confident one."""
 
 
 @dataclass(frozen=True)

@@ -199,7 +199,7 @@ class _Worker:
                     self._sizes.popleft()
                     ended.append(unpack_attempt(self.units.popleft(), data))
         except (EOFError, OSError):
-            self.process.join(1.0)  # it is about to end by itself, and then its exit code tells how
+            self.process.join(1.0)  # it is about to end by itself, and then its exit code says how
             self.kill()
         return ended
 

@@ -25,7 +25,7 @@ from farm_ar.agents.attacks.base import NOT_ASKED
 from farm_ar.agents.attacks.boundary_refinement import refine
 from farm_ar.agents.attacks.cost_model import Model, least_margins, model_of
 from farm_ar.agents.attacks.learned import layouts_left
-from farm_ar.agents.attacks.minimal_perturbation import craft, evolve, room_of
+from farm_ar.agents.attacks.minimal_perturbation import evolve, perturb, room_of
 from farm_ar.agents.cases import Case, draw_case
 from farm_ar.agents.certificates import lower_bound
 from farm_ar.agents.distance import distance_of, distances
@@ -277,12 +277,12 @@ def test_labels_that_may_be_shared_need_no_object_to_leave():
     assert len({case.layout.category[one.end] for one in found}) > 1
 
 
-def test_crafted_displacements_do_what_they_promise():
+def test_constructed_displacements_do_what_they_promise():
     oracle = trial_of(3, queries=200)
     model = model_of(oracle)
     room = room_of(oracle.case, model)
     for component in cheapest_components(oracle.case, model, 12):
-        one = craft(oracle.case, room, component, np.random.default_rng(0), 800)
+        one = perturb(oracle.case, room, component, np.random.default_rng(0), 800)
         if np.isfinite(one.distance):
             assert oracle.distance(one.position, one.yaw) == pytest.approx(one.distance)
             assert oracle.query(one.position[None], one.yaw[None])[0] > 0
@@ -294,12 +294,12 @@ def test_the_minimal_perturbation_say_the_same_uncompiled(monkeypatch):
     model = model_of(oracle)
     room = room_of(oracle.case, model)
     hidden = next(c for c in cheapest_components(oracle.case, model, 60) if c.hidden and c.end >= 0)
-    expected = craft(oracle.case, room, hidden, np.random.default_rng(0), 60, restarts=1)
+    expected = perturb(oracle.case, room, hidden, np.random.default_rng(0), 60, restarts=1)
     for name in ("cost_of_label", "beyond_view", "violation", "distance_in"):
         monkeypatch.setattr(minimal_perturbation, name, getattr(minimal_perturbation, name).py_func)
     monkeypatch.setattr(minimal_perturbation, "evolve", evolve.py_func)
     assert minimal_perturbation.evolve is not evolve
-    again = craft(oracle.case, room, hidden, np.random.default_rng(0), 60, restarts=1)
+    again = perturb(oracle.case, room, hidden, np.random.default_rng(0), 60, restarts=1)
     assert again.distance == pytest.approx(expected.distance)
     np.testing.assert_allclose(again.position, expected.position)
 

@@ -10,7 +10,7 @@ import farm_ar  # noqa: F401  # registers the environments
 from farm_ar.agents.policies import beam_search, plan_steps
 from farm_ar.agents.policies.analytic import Step, _table, best_plan, move_of, terms_of
 from farm_ar.agents.policies.base import possible
-from farm_ar.agents.policies.lookahead import effort_of, foresee, placed
+from farm_ar.agents.policies.lookahead import effort_of, look_ahead, placed
 from farm_ar.agents.policies.plan_steps import SHARES, Allowance, Table
 from farm_ar.game_logic.visibility import eyes_of
 from farm_ar.scenes import builtin_scene
@@ -191,7 +191,7 @@ def clear_in_order(env, plan):
 def gain(env, plan):
     moves = env.budget.fitted([possible(env, move_of(env.view, step)) for step in plan])
     position, yaw = placed(env.view, moves)
-    wrong = int(foresee(env, position[None], yaw[None]).wrong[0])
+    wrong = int(look_ahead(env, position[None], yaw[None]).wrong[0])
     return wrong - env.config.effort_weight * effort_of(env.view, moves)
 
 
@@ -223,7 +223,7 @@ def test_plain_python_plans_the_same(monkeypatch):
     m, found = len(env.view.truth), []
     for kernel in (beam_search.search, beam_search.search.py_func):
         if kernel is not beam_search.search:
-            for name in ("_no_steps", "_go_on", "_foresee", "_longer"):
+            for name in ("_no_steps", "_go_on", "_look_ahead", "_longer"):
                 monkeypatch.setattr(beam_search, name, getattr(beam_search, name).py_func)
         steps, worth = np.zeros((3, 3), dtype=np.int64), np.empty((m, m, len(SHARES)))
         with np.errstate(over="ignore"):  # sums of keys may wrap around

@@ -17,7 +17,7 @@ from farm_ar.agents.policies import (
     play_episodes,
 )
 from farm_ar.agents.policies.greedy import allowed_actions
-from farm_ar.agents.policies.lookahead import foresee
+from farm_ar.agents.policies.lookahead import look_ahead
 from farm_ar.errors import OptionError
 
 SEEDS = range(3)
@@ -150,24 +150,24 @@ def test_all_allowed_actions_are_those_of_objects_in_view_and_leaving_once():
     assert len(actions) == view.in_view[view.movable].sum() * 15 + 1
 
 
-def test_what_is_foreseen_of_the_table_as_it_stands_is_what_the_view_says():
+def test_the_lookahead_of_the_table_as_it_stands_is_what_the_view_says():
     env = table(jitter="hard").unwrapped
     for seed in range(5):
         env.reset(seed=seed)
         truth = env.view.truth
-        seen = foresee(env, truth.position[None], truth.yaw[None])
+        seen = look_ahead(env, truth.position[None], truth.yaw[None])
         assert seen.wrong.tolist() == [0]
         assert seen.ambiguity[0] == pytest.approx(env.ambiguity)
 
 
-def test_what_is_foreseen_of_a_moved_table_is_what_the_snapshot_says(rng):
+def test_the_lookahead_of_a_moved_table_is_what_the_snapshot_says(rng):
     env = table(jitter="hard").unwrapped
     wrong = 0
     for seed in range(8):
         env.reset(seed=seed)
         truth = env.view.truth
         position = truth.position + rng.normal(size=truth.position.shape) * 0.2 * truth.movable[:, None]
-        seen = foresee(env, position[None], truth.yaw[None])
+        seen = look_ahead(env, position[None], truth.yaw[None])
         tracker = env.world.tracker
         tracker.look(truth.with_poses(position, truth.yaw), env.view.camera, rng)
         assert seen.wrong[0] == tracker.belief.wrong_labels
