@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from farm_ar.arrays import FloatArray
 from farm_ar.kernels import compiled
 from farm_ar.reid.adaptive.records import (
@@ -35,18 +37,19 @@ STANDING = 0.04
 """Length, in spacings, of the shifts of what never moves."""
 
 _compile = compiled(error_model="numpy")
+_inlined = compiled(error_model="numpy", inline="always")
 
 
 @_compile
-def shift_density(kind: int, length: float, width: float, distance: float) -> float:
-    """Density in the plane of a shift by a distance, in any direction."""
+def shift_density(kind: int, length: float, width: float, distance: float, log_distance: float) -> float:
+    """Density in the plane of a shift by a distance, whose logarithm is given, in any direction."""
     if kind == GAUSSIAN:
         return math.exp(-0.5 * (distance / length) ** 2) / (2 * math.pi * length**2)
     if kind == EXPONENTIAL:
         return math.exp(-distance / length) / (2 * math.pi * length**2)
     if kind == STUDENT:
         bulk = 1.0 + (distance / length) ** 2 / FREEDOM
-        return float(bulk ** (-(FREEDOM + 2) / 2)) / (2 * math.pi * length**2)
+        return 1.0 / (bulk * bulk * 2 * math.pi * length**2)  # to the power of (FREEDOM + 2) / 2
     if kind == RAY:
         # Half of them go at speeds that are half-normal, half at any from standing on, even by ratio.
         bulk = 1.0 / (math.sqrt(2 * math.pi) * math.pi * length * max(distance, 0.05 * length))
@@ -54,7 +57,7 @@ def shift_density(kind: int, length: float, width: float, distance: float) -> fl
         return 0.5 * (bulk + even) * math.exp(-0.5 * (distance / length) ** 2)
     # A ring whose radius is log-normal; within a tenth of it the density no longer changes.
     far = max(distance, 0.1 * length)
-    log_radius = math.log(far / length) / width
+    log_radius = max(log_distance - math.log(length), math.log(0.1)) / width
     return math.exp(-0.5 * log_radius**2) / (width * math.sqrt(2 * math.pi) * far * 2 * math.pi * far)
 
 
@@ -127,13 +130,18 @@ def tabulate(
         far: (P,) filled with the density of what has gone anywhere, place and turn.
     """
     count = len(pairs.label)
+    log_distance, less = np.empty(count), np.empty(count)
+    for p in range(count):
+        log_distance[p] = math.log(max(pairs.distance[p], 1e-300))
+        # A course from one heading alone is known half as well, that of a small shift hardly.
+        less[p] = pairs.course_known[p] ** 2 / (1.0 + (NEAR / max(pairs.distance[p], 1e-9)) ** 2)
     for r in range(len(shift)):
         kind, length, width = profiles.kind[r], profiles.length[r], profiles.width[r]
         if kind >= TOGETHER:
             continue
         for p in range(count):
             if pairs.stays[p]:
-                shift[r, p] = shift_density(GAUSSIAN, STANDING, 0.0, pairs.distance[p])
+                shift[r, p] = shift_density(GAUSSIAN, STANDING, 0.0, pairs.distance[p], log_distance[p])
             elif kind == AHEAD:
                 shift[r, p] = density_ahead(
                     length, width * length, pairs.distance[p], pairs.course[p], pairs.course_known[p]
@@ -141,7 +149,7 @@ def tabulate(
             elif kind == EVEN:
                 shift[r, p] = pairs.far[p]
             else:
-                shift[r, p] = shift_density(kind, length, width, pairs.distance[p])
+                shift[r, p] = shift_density(kind, length, width, pairs.distance[p], log_distance[p])
     any_turn = 1.0 / (2 * math.pi)
     for t in range(len(turn)):
         for p in range(count):
@@ -161,10 +169,8 @@ def tabulate(
         for p in range(count):
             course[c, p] = 1.0
             if pairs.course_known[p] > 0.0 and not pairs.stays[p]:
-                # A course from one heading alone is known half as well, that of a small shift hardly.
-                less = pairs.course_known[p] ** 2 / (1.0 + (NEAR / max(pairs.distance[p], 1e-9)) ** 2)
-                peak = angles.course_peak[c] * math.sqrt(less)
-                peak *= math.exp(angles.course[c] * less * (pairs.course[p] - 1.0))
+                peak = angles.course_peak[c] * math.sqrt(less[p])
+                peak *= math.exp(angles.course[c] * less[p] * (pairs.course[p] - 1.0))
                 course[c, p] = angles.astray + (1.0 - angles.astray) * peak * 2 * math.pi
 
 
@@ -237,7 +243,7 @@ def turn_freedom(kappa: float, swing: FloatArray) -> float:
     return min(math.log(math.sqrt(2 * math.pi / (kappa * max(swing[2], 1.0))) * density), 0.0)
 
 
-@_compile
+@_inlined
 def blend(
     pairs: Pairs,
     profile: FloatArray,

@@ -163,10 +163,10 @@ def hypotheses(options: AdaptiveOptions, scales: int) -> Hypotheses:
         course = dict.fromkeys(headings, -1)
         if family.kind in (RING, RAY):
             for t in headings:
-                courses.append(
-                    concentration(float(np.hypot(family.course * 0.35 * turns[t], options.course_sd)))
-                )
-                course[t] = len(courses) - 1
+                kappa_of = concentration(float(np.hypot(family.course * 0.35 * turns[t], options.course_sd)))
+                if kappa_of not in courses:
+                    courses.append(kappa_of)
+                course[t] = courses.index(kappa_of)
         prior = np.array([_scale_prior(float(scale[a]), family, options) for a in levels])
         for a, share in zip(levels, prior / prior.sum(), strict=True):
             place = (family.kind, float(scale[a]), family.width)

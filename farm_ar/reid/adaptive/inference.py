@@ -19,6 +19,7 @@ from farm_ar.reid.adaptive.records import Concentrations, Motions, Pairs, Profil
 from farm_ar.reid.adaptive.screening import (
     FEW_ROUNDS,
     SCREENED,
+    bound_under,
     density_of,
     falling,
     freedom_of,
@@ -99,10 +100,10 @@ def refine(
             for p in range(len(density)):
                 weighed[p] = density[p] * pairs.size[w, p]
             for q in range(rates):
-                total, bound = weigh_under(h, q, pairs, seeing, motions, weighed, some, factor)
                 prior = log_prior_of(h, w, q, motions, seeing, table)
-                if bound + prior < best - 7.0:
+                if bound_under(h, q, pairs, seeing, motions, weighed, factor) + prior < best - 7.0:
                     continue
+                total = weigh_under(h, q, pairs, seeing, motions, weighed, some, factor)
                 to_row[:] = free_share(len(seeing.none), labels)
                 found = prior + total + propagate(some, labels, to_row, FEW_ROUNDS + 2, 1e-3)
                 if motions.beyond[h] < 0:
@@ -129,7 +130,7 @@ def posterior(
     for k in range(len(chosen)):
         h, w, q = chosen[k]
         density_of(h, pairs, motions, table, pairs.size[w] * pairs.like, density)
-        total, _ = weigh_under(h, q, pairs, seeing, motions, density, some, factor)
+        total = weigh_under(h, q, pairs, seeing, motions, density, some, factor)
         evidence[k] = log_prior_of(h, w, q, motions, seeing, table) + total
         bethe = propagate(some, labels, messages[k], MOST_ROUNDS, 1e-5)
         evidence[k] += exact_evidence(some, labels) if n <= CHEAP else bethe

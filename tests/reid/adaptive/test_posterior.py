@@ -9,8 +9,19 @@ from scipy.special import i0e
 
 from farm_ar.reid import AdaptiveReid
 from farm_ar.reid.adaptive.hypotheses import hypotheses, scales_for
-from farm_ar.reid.adaptive.inference import infer
-from farm_ar.reid.adaptive.records import AHEAD, EVEN, EXPONENTIAL, GAUSSIAN, RAY, RING, STUDENT, TOGETHER
+from farm_ar.reid.adaptive.inference import exact_evidence, infer
+from farm_ar.reid.adaptive.records import (
+    AHEAD,
+    EVEN,
+    EXPONENTIAL,
+    GAUSSIAN,
+    RAY,
+    RING,
+    STUDENT,
+    TOGETHER,
+    Sparse,
+)
+from farm_ar.reid.adaptive.screening import bound_under, weigh_under
 from farm_ar.reid.adaptive.seeing import motion_prior, seeing_of
 from farm_ar.scenes import Camera, Detections, FieldOfView, Layout, Scene, Snapshot
 
@@ -135,3 +146,35 @@ def test_marginals_are_those_of_all_ways_under_all_hypotheses(seed, shift):
     )
     expected = by_enumeration(reid, snapshot, problem, every, seeing, prior)
     np.testing.assert_allclose(found, expected, atol=0.01)
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("scale", [1.0, 1e-200, 1e200])
+def test_the_bound_is_the_product_of_all_that_each_detection_may_be(seed, scale):
+    rng = np.random.default_rng(seed)
+    scene, snapshot = chairs(seed)
+    reid = AdaptiveReid(scene)
+    problem = reid._problem(snapshot, None)
+    every = hypotheses(reid.options, scales_for(problem.extent))
+    seeing, _ = seeing_of(snapshot, problem, reid._known, every, reid.options, reid.disorder)
+    pairs = problem.pairs
+    n, m = len(seeing.none), len(seeing.anywhere)
+    density, factor = scale * rng.random(len(pairs.label)) ** 8, np.empty(m)
+    some = Sparse(
+        np.zeros(n + 1, dtype=np.int64),
+        np.empty(len(density), dtype=np.int64),
+        np.empty(len(density), dtype=np.int64),
+        np.empty(len(density)),
+        np.empty(n),
+    )
+    for h, q in ((0, 0), (40, 3), (len(every.motions.far) - 1, 7)):
+        bound = bound_under(h, q, pairs, seeing, every.motions, density, factor)
+        far = every.motions.far[h]
+        view = (1 - far) * seeing.in_view[every.motions.scale[h]] + far * seeing.anywhere
+        unseen = np.maximum(1 - (1 - seeing.unseen[q]) * view, 1e-9)
+        each = np.append(density * ((1 - seeing.unseen[q]) / unseen)[pairs.label], 0.0)
+        sums = np.add.reduceat(each, pairs.start[:-1]) + seeing.new[q] * seeing.none
+        expected = np.log(unseen).sum() - seeing.new[q] + np.log(np.maximum(sums, 1e-300)).sum()
+        assert bound == pytest.approx(expected, rel=1e-12)
+        total = weigh_under(h, q, pairs, seeing, every.motions, density, some, factor)
+        assert total + exact_evidence(some, m) <= bound + 1e-9
