@@ -70,7 +70,7 @@ def serve(
     docs/headset.md shows every request. The page at / shows sessions, /docs the requests. Ctrl-C ends it.
     """
     from farm_ar.cli.output import print_line, progress
-    from farm_ar.service.access import Access, new_token
+    from farm_ar.service.access import Access, check_token, new_token
     from farm_ar.service.app import make_app
     from farm_ar.service.network import listening
     from farm_ar.service.recording import Recorder
@@ -82,6 +82,8 @@ def serve(
     folder = state or state_folder()
     make_folder("--state", folder)
     token = token or os.environ.get("FARM_AR_TOKEN") or (new_token() if lan else None)
+    if token is not None:
+        check_token(token)
     tls, address = certificate_for(folder, lan, cert, key)
     if record is not None:
         make_folder("--record", record)
@@ -184,11 +186,12 @@ def certificate_for(
 ) -> tuple[Certificate | None, str]:
     """The certificate, or None for plain HTTP; and the address."""
     from farm_ar.errors import OptionError
-    from farm_ar.service.network import Certificate, lan_address, pin_of, self_signed
+    from farm_ar.service.network import Certificate, check_pair, lan_address, pin_of, self_signed
 
     if (cert is None) != (key is None):
         raise OptionError("--key", "must be given with --cert, and the other way round", str(key or cert))
     address = lan_address() if lan else "127.0.0.1"
     if cert is not None and key is not None:
+        check_pair(cert, key)
         return Certificate(cert, key, pin_of(cert)), address
     return self_signed(folder, address) if lan else None, address

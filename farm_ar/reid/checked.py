@@ -16,6 +16,7 @@ from farm_ar.reid.answers import Assurance, Identification
 from farm_ar.reid.base import Reidentifier, as_reidentifier
 from farm_ar.reid.plausibility import Finding, check, set_aside
 from farm_ar.reid.plausibility.finding import some
+from farm_ar.reid.plausibility.quiet import quiet
 from farm_ar.reid.registry import load_reid
 from farm_ar.scenes import NO_CATEGORY, WORLD_FRAMES, Detections, Scene, Snapshot
 from farm_ar.scenes.worlds import frame_hint
@@ -94,6 +95,10 @@ def identify_in_frame(
     place, snapshot = _plainly(scene, snapshot)
     findings: tuple[Finding, ...] = ()
     sure, said, alignment = 1.0, list[str](), None
+    if frame == "map" and anchor is None and quiet(place, snapshot, checks):
+        whole = _named(snapshot, named)
+        answer = rule.identify(whole)
+        return InFrame(_explained(answer, scene, whole, np.arange(len(named))), whole, None)
     if frame == "unknown" or anchor is not None:
         given, alignment = snapshot, align(place, snapshot, anchor)
         snapshot = replace(alignment.apply(snapshot), world=scene.world)

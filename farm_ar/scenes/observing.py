@@ -23,6 +23,7 @@ from farm_ar.geometry import (
     segment_hits_box,
     segment_hits_footprint,
 )
+from farm_ar.kernels import compiled
 from farm_ar.scenes.camera import Camera
 from farm_ar.scenes.layout import Layout
 from farm_ar.scenes.snapshot import UNKNOWN, Snapshot, SnapshotBatch
@@ -152,6 +153,8 @@ def occluded(layout: Layout, camera: Camera) -> BoolArray:
 def _hidden(layout: Layout, camera: Camera, asked: BoolArray) -> BoolArray:
     """(..., N) which of the objects asked for stand behind another."""
     shape, n = asked.shape[:-1], len(layout)
+    if not shape and not layout.batch_shape:
+        return _hidden_from_one(layout, camera, asked)
     flat = (math.prod(shape), n)
     row, target = np.nonzero(asked.reshape(flat))
     cameras = _flat_camera(camera, shape)
@@ -171,6 +174,79 @@ def _hidden(layout: Layout, camera: Camera, asked: BoolArray) -> BoolArray:
     hidden = np.zeros(flat, dtype=bool)
     hidden[row, target] = np.any(hit & ~around_pivot & ~around_camera, axis=-1)
     return hidden.reshape(asked.shape)
+
+
+def _hidden_from_one(layout: Layout, camera: Camera, asked: BoolArray) -> BoolArray:
+    """(N,) `_hidden` of one layout and one camera, compiled: of all that a session asks, oftenest."""
+    height = np.nan if camera.height is None else float(camera.height)
+    place = np.array([camera.position[0], height, camera.position[1]])
+    axes = np.stack([np.cos(layout.yaw), np.sin(layout.yaw)], axis=-1)
+    hidden = np.zeros(len(layout), dtype=bool)
+    hide(place, np.array(layout.position), axes, layout.size / 2, np.array(layout.elevation), asked, hidden)
+    return hidden
+
+
+@compiled(error_model="numpy")
+def hide(
+    eye: FloatArray,
+    position: FloatArray,
+    axes: FloatArray,
+    half: FloatArray,
+    elevation: FloatArray,
+    asked: BoolArray,
+    hidden: BoolArray,
+) -> None:
+    """Fill in which objects stand behind another, as `occluded` says.
+
+    Args:
+        eye: (3,) x, height and z of the camera, metres; the height NaN where it is not known.
+        position: (N, 2) metres.
+        axes: (N, 2) cosine and sine of the headings.
+        half: (N, 3) half of width, height and depth, metres.
+        elevation: (N,) metres.
+        asked: (N,) which objects are asked for.
+        hidden: (N,) filled.
+    """
+    flat = math.isnan(eye[1])
+    start, end, there = np.zeros(3), np.zeros(3), np.zeros(3)
+    for target in range(len(position)):
+        if not asked[target]:
+            continue
+        for other in range(len(position)):
+            for k, x, y, z in (
+                (0, eye[0], eye[1], eye[2]),
+                (1, position[target, 0], elevation[target] + half[target, 1], position[target, 1]),
+            ):
+                off_x, off_z = x - position[other, 0], z - position[other, 1]
+                there[0] = off_x * axes[other, 0] + off_z * -axes[other, 1]
+                there[1] = 0.0 if flat else y - (elevation[other] + half[other, 1])
+                there[2] = off_x * axes[other, 1] + off_z * axes[other, 0]
+                (start if k == 0 else end)[:] = there
+            around_pivot = abs(end[0]) <= half[other, 0] and abs(end[2]) <= half[other, 2]
+            if around_pivot or not _enters(start, end, half[other], flat):
+                continue
+            if not _enters(start, start, half[other], flat):
+                hidden[target] = True
+                break
+
+
+@compiled(error_model="numpy")
+def _enters(start: FloatArray, end: FloatArray, half: FloatArray, flat: bool) -> bool:
+    """Whether a segment, in a box's own axes, has a point in the box; on the plane only if `flat`."""
+    first, last = 0.0, 1.0
+    for axis in range(3):
+        if flat and axis == 1:
+            continue
+        along = end[axis] - start[axis]
+        if along == 0:
+            if not abs(start[axis]) <= half[axis]:
+                return False
+            continue
+        low, high = (-half[axis] - start[axis]) / along, (half[axis] - start[axis]) / along
+        if not (low <= high or high <= low):  # a size or a heading that is not known
+            return False
+        first, last = max(first, min(low, high)), min(last, max(low, high))
+    return first <= last
 
 
 def observe(

@@ -8,9 +8,13 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from urllib.parse import SplitResult, urlsplit
 
+from farm_ar.errors import OptionError
 from farm_ar.service.refusals import NO_TOKEN, RefusedError
 
 FORBIDDEN = 403
+
+LEAST_TOKEN = 12
+"""Characters of a token that somebody chose."""
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 
@@ -18,6 +22,17 @@ LOOPBACK = ("127.0.0.1", "localhost", "::1")
 def new_token() -> str:
     """A token that nobody guesses."""
     return secrets.token_urlsafe(24)
+
+
+def check_token(token: str) -> None:
+    """See that a token is one that a header can carry, and that takes long to guess.
+
+    Raises:
+        OptionError: it is not.
+    """
+    if len(token) < LEAST_TOKEN or not token.isascii() or not token.isprintable() or " " in token:
+        expected = f"must be at least {LEAST_TOKEN} letters, digits and signs of ASCII, without a blank"
+        raise OptionError("--token", expected, f"{len(token)} characters")
 
 
 @dataclass(frozen=True)

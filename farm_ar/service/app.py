@@ -12,19 +12,10 @@ from farm_ar import __version__
 from farm_ar.errors import InputError, OptionError
 from farm_ar.scenes import WORLD_FRAMES
 from farm_ar.service.access import Access
-from farm_ar.service.refusals import (
-    BUSY,
-    NO_JSON,
-    TOO_LARGE,
-    TOO_MANY,
-    TOO_SLOW,
-    WRONG,
-    RefusedError,
-    missing_package,
-    values_of,
-)
+from farm_ar.service.refusals import NO_JSON, WRONG, RefusedError, missing_package
 from farm_ar.service.schemas import REFUSED, bodies, path_of, replies
-from farm_ar.service.service import SEPARATOR, Answer, Service
+from farm_ar.service.service import SEPARATOR, Answer, Service, refused
+from farm_ar.service.straight import Given, Receive, Straight, body_of, is_form
 from farm_ar.service.traffic import Traffic
 
 try:
@@ -37,8 +28,17 @@ except ImportError:
 
 TITLE = "farm-ar: which of these identical objects is which"
 
-POLICY = "default-src 'self' 'unsafe-inline'; img-src 'self' data:; connect-src 'self' ws: wss:"
-"""What the pages may load: nothing from elsewhere."""
+POLICY = (
+    "default-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; connect-src 'self' ws: wss:; "
+    "frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
+)
+"""What the pages may load: nothing from elsewhere; and no page may show them inside itself."""
+
+GUARDS = {
+    "Content-Security-Policy": POLICY,
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",  # a token may be in an address
+}
 
 WORKERS = 4
 """Threads that identify."""
@@ -75,16 +75,16 @@ def make_app(service: Service, access: Access | None = None, workers: int = WORK
         separate_input_output_schemas=False,
     )
     app.state.traffic, app.state.access = traffic, allowed
-    if allowed.origins:
+    _add_pages(app)
+    _add_sessions(app, traffic, allowed)
+    _add_listening(app, traffic, allowed)
+    if allowed.origins:  # the last one added comes first
         app.add_middleware(
             CORSMiddleware,
             allow_origins=list(allowed.origins),
             allow_methods=["GET", "PUT", "POST", "DELETE"],
             allow_headers=["Authorization", "Content-Type"],
         )
-    _add_pages(app)
-    _add_sessions(app, traffic, allowed)
-    _add_listening(app, traffic, allowed)
     return app
 
 
@@ -100,7 +100,7 @@ def _add_pages(app: FastAPI) -> None:
             return Response(
                 (pages / name).read_bytes(),
                 media_type="text/html",
-                headers={"Content-Security-Policy": POLICY},
+                headers=GUARDS,
             )
 
         page.__doc__ = title
@@ -121,23 +121,31 @@ def _add_sessions(app: FastAPI, traffic: Traffic, access: Access) -> None:
                 access.check(request.headers, request.query_params)
                 answer = await handler(request)
             except InputError as problem:
-                answer = Answer(getattr(problem, "status", WRONG), json.dumps(values_of(problem)).encode())
-            again = {"Retry-After": "1"} if answer.status in (TOO_MANY, BUSY) else {}
-            ended = {"Connection": "close"} if answer.status in (TOO_LARGE, TOO_SLOW) else {}
-            return Response(answer.body, answer.status, {**again, **ended}, answer.kind)
+                answer = refused(problem)
+            return Response(answer.body, answer.status, answer.headers, answer.kind)
 
         return route
 
+    async def snapshots(name: str, headers: Given, query: Given, receive: Receive) -> Answer:
+        try:
+            access.check(headers, query)
+            body = await body_of(headers, receive, limits.most_bytes, limits.body_s)
+            return await traffic.ask(name, "snapshots", body)
+        except InputError as problem:
+            return refused(problem)
+
     async def look(request: Request) -> Answer:
-        if not request.headers.get("content-type", "").startswith("multipart/form-data"):
+        if not is_form(request.headers):
             return await asking("snapshots")(request)
-        body = await body_of(request, limits.most_image_bytes, limits.body_s)
+        body = await body_of(request.headers, request.receive, limits.most_image_bytes, limits.body_s)
         camera, image = await _parts(request, body)
         return await traffic.ask(request.path_params["name"], "image", camera + SEPARATOR + image)
 
     def asking(action: str) -> Handler:
         async def ask(request: Request) -> Answer:
-            body = b"" if action == "delete" else await body_of(request, limits.most_bytes, limits.body_s)
+            body = b""
+            if action != "delete":
+                body = await body_of(request.headers, request.receive, limits.most_bytes, limits.body_s)
             return await traffic.ask(request.path_params["name"], action, body)
 
         return ask
@@ -148,7 +156,8 @@ def _add_sessions(app: FastAPI, traffic: Traffic, access: Access) -> None:
         )
 
     async def image(request: Request) -> Answer:
-        return Answer(200, traffic.service.image(request.path_params["name"]), kind="image/*")
+        found = traffic.service.image(request.path_params["name"])
+        return Answer(200, found, "image/png" if found.startswith(b"\x89PNG") else "image/jpeg")
 
     async def sessions(request: Request) -> Answer:
         return Answer(200, json.dumps({"sessions": traffic.service.names}).encode())
@@ -169,6 +178,7 @@ def _add_sessions(app: FastAPI, traffic: Traffic, access: Access) -> None:
             openapi_extra=bodies(name, limits.most_text),
         )
 
+    app.add_middleware(Straight, answer=snapshots)
     one = "/v1/sessions/{name}"
     add("GET", "/v1/sessions", sessions, "sessions")
     add("PUT", f"{one}/layout", asking("layout"), "layout")
@@ -214,28 +224,6 @@ async def _until_gone(socket: WebSocket) -> None:
     """Returns when the other side has gone; what it sends is not read."""
     while (await socket.receive())["type"] != "websocket.disconnect":
         pass
-
-
-async def body_of(request: Request, most: int, seconds: float) -> bytes:
-    """The body of a request.
-
-    Raises:
-        RefusedError: it is too large, or does not arrive in time, or only half of it does.
-    """
-    length = request.headers.get("content-length", "")
-    if length.isascii() and length.isdigit() and int(length) > most:
-        raise RefusedError(TOO_LARGE, "body", f"must be at most {most} bytes", int(length))
-    parts, size = [], 0
-    try:
-        async with asyncio.timeout(seconds):
-            async for part in request.stream():
-                size += len(part)
-                if size > most:
-                    raise RefusedError(TOO_LARGE, "body", f"must be at most {most} bytes", "more")
-                parts.append(part)
-    except TimeoutError:
-        raise RefusedError(TOO_SLOW, "body", f"must arrive within {seconds:g} s", f"{size} bytes") from None
-    return b"".join(parts)
 
 
 async def _parts(request: Request, body: bytes) -> tuple[bytes, bytes]:

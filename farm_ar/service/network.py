@@ -92,6 +92,24 @@ def pin_of_der(der: bytes) -> str:
     return ":".join(digest[i : i + 2] for i in range(0, len(digest), 2))
 
 
+def check_pair(certificate: Path, key: Path) -> None:
+    """See that a key is a certificate's.
+
+    Raises:
+        OptionError: it is not, or cannot be read, or needs a password.
+    """
+
+    def refuse() -> str:
+        raise OptionError("key", "must be without a password", str(key))
+
+    try:
+        ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_cert_chain(certificate, key, refuse)
+    except (OSError, ValueError) as problem:
+        if isinstance(problem, OptionError):
+            raise
+        raise OptionError("key", f"must be the certificate's, in PEM ({problem})", str(key)) from None
+
+
 def qr_code(text: str) -> str:
     """A QR code in blocks of text, for a terminal."""
     try:

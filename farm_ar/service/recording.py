@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import hashlib
+import itertools
 import json
 import logging
 import os
+import re
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from farm_ar.errors import OptionError, SessionError
-from farm_ar.scenes.files import json_in
+from farm_ar.scenes.files import MOST_BYTES, json_in
+from farm_ar.service.refusals import RefusedError
 
 if TYPE_CHECKING:
     from farm_ar.service.images import Eye
@@ -22,6 +26,9 @@ TIMED = "solve_ms"
 """The field of an answer that differs between two runs."""
 
 SUFFIX = ".jsonl"
+
+_KEPT = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?")
+"""Names that Windows keeps for devices."""
 
 _LOG = logging.getLogger(__name__)
 
@@ -112,8 +119,7 @@ def replay(folder: str | os.PathLike[str], eye: Eye | None = None) -> Iterator[P
         raise OptionError("folder", "must be one that serve --record has written", str(folder))
     for path in files:
         service, name, number = Service(Store(None), eye=eye), "", 0
-        for k, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
-            entry = _entry(line, f"{path.name}: line {k}")
+        for where, entry in _entries(path):
             if "session" in entry:  # a recording that goes on where the service was started anew
                 service, name, number = Service(Store(None), eye=eye), entry["session"], 0
                 if entry["began"] is not None:
@@ -121,34 +127,84 @@ def replay(folder: str | os.PathLike[str], eye: Eye | None = None) -> Iterator[P
                 elif "ended" in entry:
                     service.store.delete(name, entry["ended"])
                 service = Service(service.store, eye=eye)
+                try:
+                    if entry["began"] is not None:
+                        service.session(name)
+                except RefusedError as problem:
+                    raise SessionError("began", problem.expected, "another", where) from None
                 continue
             number += 1
-            then = Answer(entry["status"], entry["answer"].encode())
-            now = service.call(name, entry["action"], entry["body"].encode("utf-8", "surrogateescape"))
+            then = Answer(entry["status"], _bytes(entry["answer"]))
+            now = service.call(name, entry["action"], _bytes(entry["body"]))
             yield Played(name, number, entry["action"], _difference(then, now))
 
 
 def safe(name: str) -> str:
-    """A session's name as a file's: what no session may be called is left out."""
+    """A session's name as a file's.
+
+    What no session may be called is left out. Some systems take names for the same that differ in capitals,
+    or keep some to themselves: those are told apart by a digest.
+    """
     from farm_ar.service.wire import SESSION_NAME
 
-    return name if SESSION_NAME.fullmatch(name) else "refused"
+    if not SESSION_NAME.fullmatch(name):
+        return "refused"
+    plain = name == name.lower() and not name.endswith(".") and not _KEPT.fullmatch(name)
+    return name if plain and name != "refused" else f"{name}-{hashlib.sha256(name.encode()).hexdigest()[:8]}"
 
 
-def _entry(line: str, where: str) -> dict[str, Any]:
+def _entries(path: Path) -> Iterator[tuple[str, dict[str, Any]]]:
+    """The lines of a recording, and where each stands.
+
+    Raises:
+        SessionError: it is no plain file, or a line is not one of a recording.
+    """
+    if not path.is_file():
+        raise SessionError("file", "must be a plain file", path.name, str(path))
+    with path.open("rb") as file:
+        for number in itertools.count(1):
+            line = file.readline(MOST_BYTES + 1)
+            if not line:
+                return
+            where = f"{path.name}: line {number}"
+            if len(line) > MOST_BYTES:
+                raise SessionError("line", f"must be at most {MOST_BYTES >> 20} MiB", "more", where)
+            yield where, _entry(line, where)
+
+
+def _entry(line: bytes, where: str) -> dict[str, Any]:
+    from farm_ar.service.service import ACTIONS
+
     try:
-        entry = json_in(line)
-        right = {"session", "began"} == set(entry) - {"ended"} or {
-            "action",
-            "body",
-            "status",
-            "answer",
-        } == set(entry)
-    except (ValueError, TypeError):
-        right = False
+        entry = json_in(line.decode("utf-8"))
+    except (ValueError, RecursionError):
+        entry = None
+    right = isinstance(entry, dict)
+    if right and "session" in entry:
+        right = {"session", "began"} == set(entry) - {"ended"} and isinstance(entry["session"], str)
+        right = right and isinstance(entry["began"], dict | None) and type(entry.get("ended", 0)) is int
+        right = right and type((entry["began"] or {"revision": 0}).get("revision")) is int
+    elif right:
+        right = set(entry) == {"action", "body", "status", "answer"} and type(entry["status"]) is int
+        right = (
+            right and entry["action"] in ACTIONS and _is_bytes(entry["body"]) and _is_bytes(entry["answer"])
+        )
     if not right:
-        raise SessionError("line", "must be one of a recording", line[:60], where)
+        got = line[:60].decode("utf-8", "replace")
+        raise SessionError("line", "must be one of a recording", got, where)
     return dict(entry)
+
+
+def _bytes(text: str) -> bytes:
+    """Bytes as a recording has them."""
+    return text.encode("utf-8", "surrogateescape")
+
+
+def _is_bytes(text: object) -> bool:
+    try:
+        return isinstance(text, str) and _bytes(text) is not None
+    except UnicodeEncodeError:
+        return False
 
 
 def _difference(then: Answer, now: Answer) -> str | None:
@@ -156,7 +212,12 @@ def _difference(then: Answer, now: Answer) -> str | None:
         return f"status {then.status}, now {now.status}"
     if then.body == now.body:
         return None
-    before, after = (json.loads(one.body) for one in (then, now))
+    try:
+        before, after = (json.loads(one.body) for one in (then, now))
+        if not isinstance(before, dict):
+            raise ValueError
+    except (ValueError, RecursionError):
+        return "the answer then is not JSON"
     for one in (before, after):
         one.pop(TIMED, None)
     texts = [json.dumps(one) for one in (before, after)]

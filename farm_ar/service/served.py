@@ -5,22 +5,21 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping
 from copy import copy
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 
 from farm_ar.errors import SessionError
-from farm_ar.reid import Identification
-from farm_ar.reid.fusion import objects_of
-from farm_ar.reid.plausibility import some
 from farm_ar.reid.session import Session
-from farm_ar.scenes import Detections, Snapshot, visible
-from farm_ar.scenes.files import degrees, json_values
+from farm_ar.reid.session.state import Look
+from farm_ar.scenes.files import degrees
 from farm_ar.service.limits import ServiceLimits
 from farm_ar.service.methods import IN_SPACE, check_size, method_of
 from farm_ar.service.refusals import STALE, RefusedError
+from farm_ar.service.replies import answers, missing, new_things, present, size_of, together
 from farm_ar.service.wire import (
     CONFIRM,
     UNDO,
@@ -29,11 +28,6 @@ from farm_ar.service.wire import (
     pose_in,
     read_align,
 )
-
-ALTERNATIVES, LEAST_ALTERNATIVE = 3, 1e-3
-"""How many other labels of a detection are named, and how probable each must be."""
-
-BROKEN = "its pose is broken: it is not a number within limits"
 
 Values = dict[str, Any]
 
@@ -53,7 +47,7 @@ class Served:
         final: how many decisions before those cannot be undone any more.
         looked: name of the last snapshot; of the revision, before the first one.
         seen: the answer to the last snapshot; None before the first.
-        present: what was identified in it, by label, for listeners.
+        identified: that snapshot, with its labels as they were answered.
     """
 
     name: str
@@ -66,7 +60,7 @@ class Served:
     final: int = 0
     looked: str = ""
     seen: Values | None = None
-    present: Mapping[str, Values] = field(default_factory=dict)
+    identified: Look | None = None
 
     @classmethod
     def begin(cls, name: str, body: LayoutBody, revision: int) -> Served:
@@ -83,8 +77,11 @@ class Served:
         """A session as it was stored.
 
         Raises:
-            InputError: the row is not one of this service.
+            InputError: the row is not one of this service; a ValueError, KeyError, TypeError too.
         """
+        counted = [row["revision"], row.get("final", 0), *(one["events"] for one in row["history"])]
+        if not all(type(one) is int and one >= 0 for one in counted):
+            raise ValueError("counts must be whole numbers")
         make, options = method_of(row["method"], row["options"])
         session = Session.from_dict(row["session"], make)
         made = (row["method"], options, row["checks"], row["revision"], tuple(row["history"]))
@@ -110,7 +107,7 @@ class Served:
             body: in which it came, for the snapshot's name.
         """
         begun = perf_counter()
-        snapshot, parts, broken = _together(asked)
+        snapshot, parts, broken = together(asked)
         check_size(self.method, len(self.session.scene.layout), len(snapshot.detections))
         session = copy(self.session)
         cameras = [one.camera for one in asked.snapshots] if len(asked.snapshots) > 1 else []
@@ -118,18 +115,17 @@ class Served:
         looked = hashlib.sha256((self.looked or str(self.revision)).encode() + body).hexdigest()[:16]
         reply = self._head(asked.frame, snapshot.timestamp) | {
             "snapshot": looked,
-            "detections": _answers(snapshot.detections, found),
-            "missing": _missing(session, asked.snapshots, found),
-            "new": _new(snapshot.detections, found),
+            "detections": answers(snapshot.detections, found),
+            "missing": missing(session, asked.snapshots, found),
+            "new": new_things(snapshot.detections, found),
             "warnings": [*(() if self.method in IN_SPACE else asked.tilts), *found.warnings],
         }
         for one, seen in zip(reply["detections"], parts, strict=False):
             one["seen"] = seen
         for place, answer in broken:
             reply["detections"].insert(place, answer)
-        present = _present(session)
         reply["solve_ms"] = round((perf_counter() - begun) * 1000, 3)
-        return replace(self, session=session, looked=looked, seen=reply, present=present), reply
+        return replace(self, session=session, looked=looked, seen=reply, identified=session.state.look), reply
 
     def confirm(self, data: Values, limits: ServiceLimits) -> tuple[Served, Values]:
         """Take the labels of the last snapshot for known, with corrections, and commit them."""
@@ -196,7 +192,7 @@ class Served:
                 "id": label,
                 "category": layout.category[j] if layout.names_categories else None,
                 **self._pose(frame, layout.position[j], layout.yaw[j], layout.elevation[j]),
-                "size": _size(layout.size[j]),
+                "size": size_of(layout.size[j]),
                 "fixed": bool(layout.fixed[j]),
                 "lost": label in self.session.lost,
             }
@@ -221,6 +217,11 @@ class Served:
             "history": list(self.history),
             "final": self.final,
         }
+
+    @cached_property
+    def present(self) -> Mapping[str, Values]:
+        """What was identified in the last snapshot, by label, for listeners."""
+        return present(self.identified)
 
     def tracked(self, frame: str) -> Values:
         """What was identified in the last snapshot, by label, in a frame; for listeners."""
@@ -272,7 +273,7 @@ class Served:
             "fov_right_deg": degrees(eye.fov.right),
             "range_m": eye.fov.range_m,
             "detections": [
-                {"detection": name, "id": label, **pose_in(frame, place, yaw, height), "size": _size(size)}
+                {"detection": name, "id": label, **pose_in(frame, place, yaw, height), "size": size_of(size)}
                 for name, label, place, yaw, height, size in zip(
                     look.snapshot.detections.ids,
                     look.labels,
@@ -285,123 +286,3 @@ class Served:
                 if np.isfinite(place).all()
             ],
         }
-
-
-def _together(asked: SnapshotBody) -> tuple[Snapshot, list[list[Values]], list[tuple[int, Values]]]:
-    """What is identified of one snapshot, or of several.
-
-    Returns:
-        The snapshot, or the objects of several, without broken poses; the detections that each object is of,
-        of several; and the answers to those with a broken pose, with their places.
-    """
-    sound = [np.isfinite(one.detections.position).all(axis=1) for one in asked.snapshots]
-    kept = [some(one, np.flatnonzero(good)) for one, good in zip(asked.snapshots, sound, strict=True)]
-    broken = [
-        (i, _broken(one.detections, i) | ({"seen": [_seen(k, one, i)]} if len(kept) > 1 else {}))
-        for k, (one, good) in enumerate(zip(asked.snapshots, sound, strict=True))
-        for i in np.flatnonzero(~good).tolist()
-    ]
-    if len(kept) == 1:
-        return kept[0], [], broken
-    objects, of = objects_of(kept)
-    parts: list[list[Values]] = [[] for _ in range(len(objects))]
-    for k, (one, index) in enumerate(zip(kept, of, strict=True)):
-        for i, j in enumerate(index.tolist()):
-            parts[j].append(_seen(k, one, i))
-    last = asked.snapshots[-1]
-    at_the_end = [(len(objects) + i, answer) for i, (_, answer) in enumerate(broken)]
-    return Snapshot(last.camera, objects, last.timestamp), parts, at_the_end
-
-
-def _seen(k: int, snapshot: Snapshot, i: int) -> Values:
-    """Which detection of which snapshot."""
-    return {"snapshot": k, "detection": snapshot.detections.ids[i]}
-
-
-def _broken(seen: Detections, i: int) -> Values:
-    """The answer to a detection with a broken pose."""
-    unknown = dict.fromkeys(("confidence", "margin", "cost"))
-    name = {"detection": seen.ids[i], "track_id": seen.track_id[i], "id": None, "reason": BROKEN}
-    return {**name, **unknown, "alternatives": []}
-
-
-def _answers(seen: Detections, found: Identification) -> list[Values]:
-    """The answer to each detection."""
-    rows = found.probability
-    return [
-        json_values(
-            {
-                "detection": seen.ids[i],
-                "track_id": seen.track_id[i],
-                "id": label,
-                "reason": found.reason[i],
-                "confidence": float(found.confidence[i]),
-                "margin": float(found.margin[i]),
-                "cost": float(found.cost[i]),
-                "alternatives": _alternatives(found, i, None if rows is None else rows[i]),
-            }
-        )
-        for i, label in enumerate(found.labels)
-    ]
-
-
-def _alternatives(found: Identification, i: int, row: Any) -> list[Values]:
-    """Other labels that a detection may be, the most probable first; null for none of them."""
-    if row is None or not np.isfinite(row).all():
-        second = found.runner_up[i]
-        return [] if second is None else [{"id": second, "confidence": None}]
-    names = (*found.candidates, None)
-    order = np.argsort(-row, kind="stable")[: ALTERNATIVES + 1].tolist()
-    given = found.labels[i]
-    others = [j for j in order if names[j] != given and row[j] >= LEAST_ALTERNATIVE][:ALTERNATIVES]
-    return [{"id": names[j], "confidence": float(row[j])} for j in others]
-
-
-def _missing(session: Session, snapshots: tuple[Snapshot, ...], found: Identification) -> list[str]:
-    """Labels whose places were in view, and not hidden, that no detection is."""
-    layout, motion = session.scene.layout, session.state.frame
-    if not len(layout):
-        return []
-    seen = np.zeros(len(layout), dtype=bool)
-    for one in snapshots:
-        camera = one.camera
-        if motion is not None:
-            place = motion.motion.position(camera.position[None])[0]
-            camera = replace(camera, position=place, yaw=camera.yaw + motion.turn)
-        seen |= visible(layout, camera, occlusion=True)
-    given = set(found.labels)
-    return [label for label, here in zip(layout.labels, seen, strict=True) if here and label not in given]
-
-
-def _new(seen: Detections, found: Identification) -> list[str]:
-    """Detections that are no known object, as it seems: without a label, though there is nothing wrong."""
-    wrong = ("its pose is", "the same thing")
-    return [
-        name
-        for name, label, reason in zip(seen.ids, found.labels, found.reason, strict=True)
-        if label is None and not (reason or "").startswith(wrong)
-    ]
-
-
-def _present(session: Session) -> dict[str, Values]:
-    """What was identified in the last snapshot, in the map, by label."""
-    look = session.state.look
-    if look is None:
-        return {}
-    seen = look.snapshot.detections
-    return {
-        label: {
-            "id": label,
-            "detection": seen.ids[i],
-            "category": seen.category[i],
-            "pose": (seen.position[i], float(seen.yaw[i]), float(seen.elevation[i])),
-            "size": _size(seen.size[i]),
-        }
-        for i, label in enumerate(look.labels)
-        if label is not None
-    }
-
-
-def _size(size: Any) -> Values | None:
-    """Width, height and depth; null where not known."""
-    return None if np.isnan(size).any() else dict(zip("xyz", size.tolist(), strict=True))

@@ -3,15 +3,29 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+import orjson
+
 from farm_ar.errors import InputError
 from farm_ar.service.images import Eye
 from farm_ar.service.limits import ServiceLimits
+from farm_ar.service.quick import quick_snapshot
 from farm_ar.service.recording import Asked, Recorder
-from farm_ar.service.refusals import STALE, TOO_MANY, UNKNOWN_SESSION, WRONG, RefusedError, values_of
+from farm_ar.service.refusals import (
+    BUSY,
+    STALE,
+    TOO_LARGE,
+    TOO_MANY,
+    TOO_SLOW,
+    UNKNOWN_SESSION,
+    WRONG,
+    RefusedError,
+    values_of,
+)
 from farm_ar.service.served import Served
 from farm_ar.service.store import Store
 from farm_ar.service.wire import SESSION_NAME, SnapshotBody, parsed, read_layout, read_snapshots
@@ -28,12 +42,23 @@ MOST_IMAGES = 8
 """Sessions of which the last image is kept, to be looked at."""
 
 
+BRIEF_S = 1.5e-3
+"""What takes less processor time is done at once, not in a thread."""
+
+
 class Answer(NamedTuple):
     """What a request is answered: an HTTP status, and a body of some kind."""
 
     status: int
     body: bytes
     kind: str = "application/json"
+
+    @property
+    def headers(self) -> dict[str, str]:
+        """Headers that a refusal has beside its kind."""
+        again = {"Retry-After": "1"} if self.status in (TOO_MANY, BUSY) else {}
+        again["X-Content-Type-Options"] = "nosniff"
+        return again | ({"Connection": "close"} if self.status in (TOO_LARGE, TOO_SLOW) else {})
 
 
 @dataclass
@@ -54,6 +79,7 @@ class Service:
     _images: dict[str, bytes] = field(default_factory=dict)
     _open: dict[str, Served] = field(default_factory=dict)
     _names: set[str] = field(default_factory=set)
+    _brief: dict[str, int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self._names |= set(self.store.names())
@@ -73,7 +99,11 @@ class Service:
             row = self.store.read(name) if name in self._names else None
             if row is None:
                 raise RefusedError(UNKNOWN_SESSION, "session", "must be one that was given a layout", name)
-            self._open[name] = Served.from_row(name, row)
+            try:
+                self._open[name] = Served.from_row(name, row)
+            except (InputError, KeyError, TypeError, ValueError, AttributeError) as problem:
+                expected = f"must be one that this service has stored ({type(problem).__name__}): delete it"
+                raise RefusedError(WRONG, "session", expected, name) from None
         return self._open[name]
 
     def call(self, name: str, action: str, body: bytes) -> Answer:
@@ -84,12 +114,29 @@ class Service:
             action: one of `ACTIONS`.
             body: of the request, JSON; with an image as `_seen_in` says.
         """
-        before = self.session(name) if self.recorder and name in self._names else None
+        before = self._as_it_was(name) if self.recorder else None
         ended = self.store.ended(name) if self.recorder and before is None else 0
+        begun = time.thread_time()
         answer = answered(lambda: self._do(name, action, body))
+        took = time.thread_time() - begun
+        if action == "snapshots" and answer.status == 200 and took < BRIEF_S:
+            self._brief[name] = len(body)
+        else:
+            self._brief.pop(name, None)
         if self.recorder:
             self.recorder.add(name, before, ended, Asked(action, body, answer))
         return answer
+
+    def _as_it_was(self, name: str) -> Served | None:
+        """A session before a request; None where there is none that can be read."""
+        try:
+            return self.session(name) if name in self._names else None
+        except RefusedError:
+            return None
+
+    def is_brief(self, name: str, body: bytes) -> bool:
+        """Whether a snapshot is answered so soon, as the last one was, that a thread would take longer."""
+        return self.recorder is None and len(body) <= 2 * self._brief.get(name, 0)
 
     def state(self, name: str, frame: str) -> Answer:
         """All that is known of a session, in a frame."""
@@ -111,13 +158,15 @@ class Service:
             raise RefusedError(WRONG, "session", expected, name)
         if action == "layout":
             return self._begin(name, body)
-        served = self.session(name)
         if action == "delete":
-            self.store.delete(name, served.revision)
+            if name not in self._names:
+                self.session(name)
+            self.store.delete(name, self.store.revision(name))
             self._names.discard(name)
             self._open.pop(name, None)
             self._images.pop(name, None)
             return 200, {"session": name, "deleted": True}
+        served = self.session(name)
         if action == "image":
             after, reply = served.look(self._seen_in(served, body), body)
             self._images[name] = body.partition(SEPARATOR)[2]
@@ -131,11 +180,14 @@ class Service:
         return 200, reply
 
     def _asked(self, served: Served, action: str, body: bytes) -> tuple[Served, Values]:
-        data = parsed(body, self.limits.most_text)
         if action == "snapshots":
-            seen = served.look(read_snapshots(data, self.limits), body)
+            asked = quick_snapshot(body, self.limits)
+            if asked is None:
+                asked = read_snapshots(parsed(body, self.limits.most_text), self.limits)
+            seen = served.look(asked, body)
             self._images.pop(served.name, None)
             return seen
+        data = parsed(body, self.limits.most_text)
         if action == "align":
             return served.align(data, self.limits)
         return served.confirm(data, self.limits) if action == "confirm" else served.undo(data)
@@ -181,9 +233,20 @@ def answered(do: Callable[[], tuple[int, Mapping[str, Any]]]) -> Answer:
     """The answer to a request: what is done gives, or why it is refused."""
     try:
         status, values = do()
-    except RefusedError as problem:
-        status, values = problem.status, values_of(problem)
+        return Answer(status, encoded(values))
     except InputError as problem:
-        status, values = WRONG, values_of(problem)
-    body = json.dumps(values, allow_nan=False, separators=(",", ":"), ensure_ascii=False)
-    return Answer(status, body.encode("utf-8", "replace"))
+        return refused(problem)
+
+
+def refused(problem: InputError) -> Answer:
+    """The answer that says what is wrong."""
+    return Answer(getattr(problem, "status", WRONG), encoded(values_of(problem)))
+
+
+def encoded(values: Mapping[str, Any]) -> bytes:
+    """JSON in UTF-8, in which there is no number that is not finite."""
+    try:
+        return orjson.dumps(values)
+    except TypeError:  # half of a surrogate pair, or a whole number beyond 64 bits
+        text = json.dumps(values, allow_nan=False, separators=(",", ":"), ensure_ascii=False)
+        return text.encode("utf-8", "replace")

@@ -50,25 +50,54 @@ class Store:
             self._base.execute("pragma journal_mode = wal")
             self._base.execute("pragma synchronous = full")
             self._base.execute(f"pragma wal_autocheckpoint = {LOG_PAGES}")
+            self._base.execute("pragma trusted_schema = off")  # the file may be another's
             self._base.execute("begin exclusive")
             for table in SCHEMA:
                 self._base.execute(table)
             self._base.execute("commit")
+            self._check()
         except (OSError, sqlite3.Error) as problem:
+            if hasattr(self, "_base"):
+                self._base.close()
             taken = "locked" in str(problem)
             expected = "must be used by one service only" if taken else f"must be writable ({problem})"
             raise OptionError("state", expected, str(path)) from None
 
+    def _check(self) -> None:
+        """See that the file holds these tables and nothing else.
+
+        Raises:
+            sqlite3.DatabaseError: it is another's, or damaged.
+        """
+        found = self._base.execute(
+            "select type, name, sql from sqlite_master where type <> 'index'"
+        ).fetchall()
+        tables = {sql.replace(" if not exists", "") for sql in SCHEMA}
+        if {sql.lower() if isinstance(sql, str) else "" for _, _, sql in found} != tables:
+            raise sqlite3.DatabaseError("it holds other tables than the service's")
+        if self._base.execute("pragma quick_check(1)").fetchone() != ("ok",):
+            raise sqlite3.DatabaseError("it is damaged")
+
     def names(self) -> list[str]:
         """The sessions, in order of their names."""
         with self._lock:
-            return [name for (name,) in self._base.execute("select name from sessions order by name")]
+            found = self._base.execute("select name from sessions order by name").fetchall()
+        return [name for (name,) in found if isinstance(name, str)]
 
-    def read(self, name: str) -> dict[str, Any] | None:
-        """A session's row, or None."""
+    def read(self, name: str) -> Any:
+        """A session's row, or None; whatever stands there."""
         with self._lock:
             found = self._base.execute("select row from sessions where name = ?", (name,)).fetchone()
-        return None if found is None else json.loads(found[0])
+        try:
+            return None if found is None else json.loads(found[0])
+        except (ValueError, TypeError, RecursionError):
+            return {}
+
+    def revision(self, name: str) -> int:
+        """A session's revision; 0 where none can be read."""
+        with self._lock:
+            found = self._base.execute("select revision from sessions where name = ?", (name,)).fetchone()
+        return found[0] if found is not None and isinstance(found[0], int) else 0
 
     def write(self, name: str, row: dict[str, Any]) -> None:
         """Keep a session's row.

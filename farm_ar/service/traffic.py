@@ -50,7 +50,10 @@ class Traffic:
 
     async def ask(self, name: str, action: str, body: bytes) -> Answer:
         """Do something to a session, and inform its listeners."""
-        answer: Answer = await self._in_turn(name, lambda: self.service.call(name, action, body))
+        if action == "snapshots" and self._free(name) and self.service.is_brief(name, body):
+            answer: Answer = self.service.call(name, action, body)
+        else:
+            answer = await self._in_turn(name, lambda: self.service.call(name, action, body))
         if answer.status < 300:
             self._tell(name, gone=action == "delete")
         return answer
@@ -131,6 +134,10 @@ class Traffic:
             raise RefusedError(
                 BUSY, "session", f"must be answered within {limits.answer_s:g} s", name
             ) from None
+
+    def _free(self, name: str) -> bool:
+        """Whether nothing that was asked of a session is under way, nor too much of others."""
+        return name not in self._locks and self._under_way < self.limits.most_requests
 
     def _waiting(self, name: str) -> list[None]:
         """One for each request on a session that is under way."""

@@ -42,7 +42,8 @@ def guarded() -> Iterator[Live]:
 
 
 def begin(client: httpx.Client, name: str, **more: Any) -> None:
-    reply = client.put(f"/v1/sessions/{name}/layout", json=layout_body(lab(), method="spatial", **more))
+    body = layout_body(lab(), **{"method": "spatial"} | more)
+    reply = client.put(f"/v1/sessions/{name}/layout", json=body)
     assert reply.status_code == 201, reply.text
 
 
@@ -200,7 +201,7 @@ def test_who_asks_too_much_at_once_is_told_to_come_again() -> None:
     limits = ServiceLimits(most_waiting=2)
     for one in live(limits):
         with one.client() as client:
-            begin(client, "busy")
+            begin(client, "busy", method="adaptive")
 
             def ask(_: int) -> int:
                 return client.post(
@@ -433,21 +434,21 @@ def begun(tmp_path: Path, *options: str) -> tuple["subprocess.Popen[str]", str]:
 
 def test_the_command_says_where_it_serves_and_ends_clean(tmp_path: Path) -> None:
     process, url = begun(
-        tmp_path / "state", "--lan", "--token", "sesame", "--record", str(tmp_path / "record")
+        tmp_path / "state", "--lan", "--token", "open-sesame-please", "--record", str(tmp_path / "record")
     )
     assert url.startswith("https://")
     context = ssl.create_default_context(cafile=str(tmp_path / "state" / "certificate.pem"))
     port = urlsplit(url).port
     with httpx.Client(base_url=f"https://127.0.0.1:{port}", verify=context, trust_env=False) as client:
         assert client.get("/v1/sessions").status_code == 401
-        client.headers["Authorization"] = "Bearer sesame"
+        client.headers["Authorization"] = "Bearer open-sesame-please"
         begin(client, "room")
         pin = pin_of(tmp_path / "state" / "certificate.pem")
-        pinned = ServiceSession(f"https://127.0.0.1:{port}", "room", "sesame", pin)
+        pinned = ServiceSession(f"https://127.0.0.1:{port}", "room", "open-sesame-please", pin)
         assert pinned.state()["revision"] == 1
         pinned.close()
         with pytest.raises(OptionError, match="must be the SHA-256"):
-            ServiceSession(f"https://127.0.0.1:{port}", "room", "sesame", pin[:-1] + "x")
+            ServiceSession(f"https://127.0.0.1:{port}", "room", "open-sesame-please", pin[:-1] + "x")
         again = subprocess.run(
             [sys.executable, "-m", "farm_ar", "serve", "--port", "0", "--state", str(tmp_path / "state")],
             capture_output=True,
@@ -461,7 +462,7 @@ def test_the_command_says_where_it_serves_and_ends_clean(tmp_path: Path) -> None
     with process:
         said = process.stdout.read()
     assert process.returncode == 0
-    assert "Token: sesame" in said
+    assert "Token: open-sesame-please" in said
     assert said.rstrip().endswith("Stopped; what was confirmed is kept")
     assert "Traceback" not in said
     replayed = subprocess.run(

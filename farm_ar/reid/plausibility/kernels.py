@@ -99,6 +99,10 @@ def evidence_of_all(
     product = np.ones((h_count, s_count, r_count))
     total = np.zeros((h_count, s_count, r_count))
     of = np.empty(len(place), dtype=np.int64)
+    needed = np.zeros(p_count, dtype=np.int64)  # of the scales of shift: those that a variant counts
+    for h in range(h_count):
+        most = _counting(widths, close[h], most_if_close)
+        needed[which[h, 0]] = max(needed[which[h, 0]], most)
     twice, enough = np.empty(s_count), np.empty(s_count)
     for n in range(n_count):
         count = 0
@@ -110,13 +114,13 @@ def evidence_of_all(
             x, z = position[p, n, 0], position[p, n, 1]
             away = (x - middle[0]) ** 2 + (z - middle[1]) ** 2
             anywhere[p] = _anywhere(away, extent)
-            for s in range(s_count):
+            for s in range(needed[p]):
                 twice[s] = 2 * widths[s] * widths[s]
                 enough[s] = twice[s] * _reach(1 / (math.pi * twice[s]), ANYWHERE * anywhere[p] / FULL_TURN)
             for c in range(count):
                 square = (x - place[of[c], 0]) ** 2 + (z - place[of[c], 1]) ** 2
                 shift[p, c] = 0.0
-                for s in range(s_count - 1, -1, -1):
+                for s in range(needed[p] - 1, -1, -1):
                     if square < enough[s]:
                         density = math.exp(-square / twice[s]) / (math.pi * twice[s])
                         shift[p, c, s] = share[n, of[c]] * density
@@ -128,11 +132,24 @@ def evidence_of_all(
             _add(shift[p, :count], turn[y, :count], anywhere[p], product[h], total[h])
     result = np.empty(h_count)
     for h in range(h_count):
-        most = s_count
-        while close[h] and most > 0 and widths[most - 1] > most_if_close:
-            most -= 1
-        result[h] = _log_mean(product[h], total[h], most)
+        result[h] = _log_mean(product[h], total[h], _counting(widths, close[h], most_if_close))
     return result
+
+
+@_compile
+def _counting(widths: FloatArray, close: bool, most_if_close: float) -> int:
+    """How many scales of shift count, of those from the least."""
+    most = len(widths)
+    while close and most > 0 and widths[most - 1] > most_if_close:
+        most -= 1
+    return most
+
+
+@_compile
+def elsewhere_of(away: float, extent: float) -> float:
+    """Density of the pose of a thing that may be anywhere, `away` (squared) from the middle of the labels."""
+    density: float = ANYWHERE * _anywhere(away, extent) / FULL_TURN
+    return density
 
 
 @_compile
@@ -218,9 +235,10 @@ def best_motions(
     scores, fitted = np.empty(len(proposed)), np.full(count, -np.inf)
     motions, there, share = np.empty((count, 6)), np.empty((count, *position.shape)), np.empty(allowed.shape)
     third = np.full(BEST, -np.inf)
+    rest = _most_of_rest(allowed, place, width, floor)
     for k in range(len(proposed)):
         _move(proposed[k], position, there[0])
-        scores[k] = _score(there[0], allowed, place, width, floor, third[0] - EQUAL)
+        scores[k] = _score(there[0], allowed, place, width, floor, third[0] - EQUAL, rest)
         if scores[k] > third[0]:
             third[0] = scores[k]
             third.sort()
@@ -237,7 +255,7 @@ def best_motions(
         for other in range(i):
             same |= np.abs(there[i] - there[other]).max() < 1e-6 * spacing
         if not same:
-            fitted[i] = _score(there[i], allowed, place, width, floor, -np.inf)
+            fitted[i] = _score(there[i], allowed, place, width, floor, -np.inf, rest)
     best = fitted > max(fitted.max() - EQUAL, -1e300)
     for i in range(count):
         if best[i]:
@@ -307,15 +325,44 @@ def _move(motion: FloatArray, position: FloatArray, there: FloatArray) -> None:
 
 
 @_compile
+def _most_of_rest(allowed: BoolArray, place: FloatArray, width: float, floor: float) -> FloatArray:
+    """(N + 1,) the most that the score of the detections from each one on can be, wherever they are.
+
+    A place is no nearer to any label than half as far as the label that is nearest to it.
+    """
+    twice, crowd = 2 * width * width, 1.0
+    for j in range(len(place)):
+        near = 0.0
+        for m in range(len(place)):
+            square = (place[j, 0] - place[m, 0]) ** 2 + (place[j, 1] - place[m, 1]) ** 2
+            if square < 4 * _NOTHING * twice:
+                near += math.exp(-square / (4 * twice))
+            else:
+                near += math.exp(-_NOTHING)
+        crowd = max(crowd, near)
+    rest = np.zeros(len(allowed) + 1)
+    for n in range(len(allowed) - 1, -1, -1):
+        highest = (1 - ANYWHERE) / (math.pi * twice * allowed[n].sum())
+        rest[n] = rest[n + 1] + math.log(highest * crowd * (1 + 1e-9) + floor)
+    return rest
+
+
+@_compile
 def _score(
-    there: FloatArray, allowed: BoolArray, place: FloatArray, width: float, floor: float, least: float
+    there: FloatArray,
+    allowed: BoolArray,
+    place: FloatArray,
+    width: float,
+    floor: float,
+    least: float,
+    rest: FloatArray,
 ) -> float:
     """Logarithm of the likelihood of places (N, 2), each near a label or anywhere; -inf if below `least`."""
     total, twice = 0.0, 2 * width * width
     highest = (1 - ANYWHERE) / (math.pi * twice)
-    most, enough = math.log(highest + floor), twice * _reach(highest, floor)
+    enough = twice * _reach(highest, floor)
     for n in range(len(there)):
-        if total + (len(there) - n) * most < least:
+        if total + rest[n] < least:
             return -np.inf
         near, count = 0.0, 0
         for m in range(len(place)):

@@ -30,11 +30,12 @@ labels that a mirrored map must have inside its bounds."""
 def reach_of(seen: Detections, scene: Scene) -> FloatArray:
     """(N,) half the diagonal of each detection's footprint, metres; the scene's usual one where not known."""
     own = np.hypot(seen.size[:, 0], seen.size[:, 2]) / 2
-    return np.where(np.isnan(own), _usual_reach(scene.layout), own)
+    return np.where(np.isnan(own), usual_reach(scene.layout), own)
 
 
 @kept
-def _usual_reach(layout: Layout) -> float:
+def usual_reach(layout: Layout) -> float:
+    """Half the diagonal of the usual label's footprint, metres."""
     usual = np.hypot(layout.size[:, 0], layout.size[:, 2]) / 2
     return float(np.nanmedian(usual)) if np.isfinite(usual).any() else 0.0
 
@@ -125,8 +126,8 @@ def check_bounds(scene: Scene, snapshot: Snapshot) -> Iterator[Finding]:
     """Labels, or detections, that stand outside the bounds; as one finding if all are mirrored."""
     if scene.bounds is None:
         return
-    layout, seen, slack = scene.layout, snapshot.detections, _slack(scene)
-    beyond = _labels_outside(scene)
+    layout, seen, slack = scene.layout, snapshot.detections, bounds_slack(scene)
+    beyond = labels_outside(scene)
     if beyond.mean() > 0.5 and (how := _inside_if(scene)):
         said = f"{number(int(beyond.sum()), 'label')} of {len(layout)} outside the scene's bounds, and inside"
         todo = "declare the frame of the scene's file and of the snapshot's (unity, openxr, ros)"
@@ -148,7 +149,7 @@ def check_bounds(scene: Scene, snapshot: Snapshot) -> Iterator[Finding]:
 
 
 @kept
-def _labels_outside(scene: Scene) -> BoolArray:
+def labels_outside(scene: Scene) -> BoolArray:
     """(M,) which labels stand outside the bounds."""
     return _places_outside(scene, scene.layout.position)
 
@@ -157,7 +158,7 @@ def _places_outside(scene: Scene, places: FloatArray) -> BoolArray:
     """(M,) which labels would stand outside the bounds at places (M, 2)."""
     size = scene.layout.size
     across = np.hypot(size[:, 0], size[:, 2]) / 2
-    outside: BoolArray = _outside_by(places, scene) > _slack(scene) + np.nan_to_num(across)
+    outside: BoolArray = _outside_by(places, scene) > bounds_slack(scene) + np.nan_to_num(across)
     return outside
 
 
@@ -174,7 +175,8 @@ def _inside_if(scene: Scene) -> str:
     return ""
 
 
-def _slack(scene: Scene) -> float:
+def bounds_slack(scene: Scene) -> float:
+    """How far outside the bounds a thing may stand, beside its own reach, metres."""
     assert scene.bounds is not None
     return SLACK * float(np.hypot(*np.ptp(scene.bounds.corners, axis=0)))
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
+from math import isfinite, pi
 from typing import Any
 
 import numpy as np
@@ -14,7 +16,9 @@ from farm_ar.reid.adaptive import Disorder
 from farm_ar.reid.session.state import Aligned, Look, State, check_labels
 from farm_ar.reid.session.tracks import Track
 from farm_ar.scenes import (
+    Camera,
     Detections,
+    FieldOfView,
     Scene,
     Snapshot,
     scene_from_dict,
@@ -26,6 +30,7 @@ from farm_ar.scenes.documents import Listing, Named, Object
 from farm_ar.scenes.files import degrees
 from farm_ar.scenes.json_files import SNAPSHOT
 from farm_ar.scenes.kinds import DEGREES, Flag, Kind, Number, Numbers, OrNull, Text, Whole, radians
+from farm_ar.scenes.worlds import OURS
 
 
 @dataclass(frozen=True)
@@ -196,6 +201,46 @@ def as_in_a_file(state: State) -> State:
 
 def canonical(snapshot: Snapshot) -> Snapshot:
     """A snapshot as it comes back from a file."""
+    seen = snapshot.detections
+    if seen.tilt is None and isfinite(seen.position.sum()) and not any(seen.broken or ()):
+        return _rounded(snapshot)
+    return from_file(snapshot)
+
+
+def _rounded(snapshot: Snapshot) -> Snapshot:
+    """`from_file` of a snapshot in which all stands upright and no pose is broken: only angles change."""
+    seen, camera = snapshot.detections, snapshot.camera
+    yaw = [_rounded_angle(angle) for angle in seen.yaw.tolist()]
+    unsure = {"broken": (None,) * len(seen), "uncertainty": None}
+    return Snapshot.trusted(
+        camera=Camera.trusted(
+            position=camera.position,
+            yaw=np.asarray(_rounded_angle(camera.yaw.item())),
+            fov=_rounded_view(camera.fov),
+            height=camera.height,
+            pitch=np.asarray(_rounded_angle(camera.pitch.item())),
+        ),
+        detections=Detections.trusted(**vars(seen) | unsure | {"yaw": np.array(yaw, dtype=np.float64)}),
+        timestamp=snapshot.timestamp,
+        world=OURS,
+        assumed=(),
+    )
+
+
+def _rounded_angle(angle: float) -> float:
+    """An angle, radians, that was written in degrees and read again: `radians(degrees(angle))`, quicker."""
+    return round(angle * (180 / pi), 12) * (pi / 180)
+
+
+@lru_cache(maxsize=256)
+def _rounded_view(fov: FieldOfView) -> FieldOfView:
+    angles = (fov.left, fov.right, fov.up, fov.down)
+    left, right, up, down = [angle if angle is None else _rounded_angle(angle) for angle in angles]
+    return FieldOfView(left or 0.0, right or 0.0, fov.range_m, up, down)
+
+
+def from_file(snapshot: Snapshot) -> Snapshot:
+    """A snapshot that was written to a file and read again."""
     return _snapshot_from(snapshot_to_dict(_placed(snapshot)), _broken(snapshot))
 
 
