@@ -8,7 +8,13 @@ import pytest
 
 TRAINERS = Path(__file__).parents[1] / "examples" / "trainers"
 
-QUICK = {"sb3_ppo": "2048", "cleanrl_ppo": "4096", "torchrl_ppo": "512", "rllib_ppo": "1"}
+QUICK = {
+    "sb3_ppo": "2048",
+    "cleanrl_ppo": "1100",
+    "torchrl_ppo": "512",
+    "rllib_ppo": "1",
+    "pettingzoo_pair": "2048",
+}
 """How much each of them learns here, in the first argument."""
 
 

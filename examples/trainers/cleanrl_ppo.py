@@ -67,7 +67,8 @@ action, logprob, reward, over, value = (torch.zeros(shape) for _ in range(5))
 observation, infos = envs.reset(seed=SEED)
 totals, returns = np.zeros(ENVS), []
 print(f"{ENV}: mean return of episodes so far in training")
-for update in range(1, STEPS // (ROLLOUT * ENVS) + 1):
+UPDATES = max(1, STEPS // (ROLLOUT * ENVS))
+for update in range(1, UPDATES + 1):
     for t in range(ROLLOUT):
         seen[t], mask[t] = torch.as_tensor(observation), masks_of(infos)
         with torch.no_grad():
@@ -105,7 +106,7 @@ for update in range(1, STEPS // (ROLLOUT * ENVS) + 1):
             nn.utils.clip_grad_norm_(agent.parameters(), 0.5)
             optimizer.step()
 
-    if update % 4 == 0:
+    if update % 4 == 0 or update == UPDATES:
         print(f"{update * ROLLOUT * ENVS:6} steps {np.mean(returns[-200:]):6.2f}", flush=True)
 envs.close()
 for name, reference in reference_returns(ENV).items():
