@@ -204,7 +204,7 @@ def with_more_room(herds: Herds) -> Herds:
 
 
 def new_output(count: int, scene: Scene, choices: int) -> Output:
-    """Room for what is observed and told, with masks of so many choices."""
+    """Room for observations and info, with masks of so many choices."""
     shapes = part_shapes(scene.layout)
     length = sum(math.prod(shape) for shape in shapes.values())
 

@@ -44,7 +44,7 @@ MOST_ENVS = 1_000_000
 """Environments in a batch at most."""
 
 _SMALLEST_PART = 32
-"""Environments for which a thread of its own is worth it."""
+"""The fewest environments for which a thread of their own saves time."""
 
 
 class BatchedVectorEnv(VectorEnv[Any, Any, Any]):

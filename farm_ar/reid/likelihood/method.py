@@ -1,4 +1,4 @@
-"""Identities by likelihood: how probable each label is, with the noise not told but averaged over."""
+"""Identities by likelihood: how probable each label is, with an unknown noise level, averaged over."""
 
 from __future__ import annotations
 
@@ -63,9 +63,9 @@ class LikelihoodReid(Reidentifier):
     """Identities by likelihood, for one scene.
 
     Each label's object moves on its own, by a motion model; it is then seen, if it is in view and not missed;
-    and some detections have no label. Motion models and rates that were not told are averaged over, weighted
+    and some detections have no label. Motion models and rates that were not given are averaged over, weighted
     by how probable they make the snapshot. What is *not* seen counts: a label whose place is in full view and
-    empty has moved, one outside the view tells nothing. Labels are then given so that as many as possible are
+    empty has moved, one outside the view says nothing. Labels are then given so that as many as possible are
     right on average.
 
     Costs are expected errors: 1 less the probability of the label given.
@@ -237,7 +237,7 @@ class LikelihoodReid(Reidentifier):
         codes = np.array(codes_in(seen, self._declared), dtype=np.int64)
         poses = self._position(seen.position)[None], self._heading(seen.yaw)[None], seen.elevation[None]
         found = _found(np.array([len(seen)]), poses, codes[None], seen.size[None])
-        # Of n detections as sure as this one, (1 - confidence) n are false and confidence n are not.
+        # Of n detections of this confidence, (1 - confidence) n are false and confidence n are not.
         confidence = np.maximum(seen.confidence[None], LEAST_CONFIDENCE)
         found = found._replace(false=len(seen) * (1 - confidence) / confidence)
         return found if seen.uncertainty is None else self._uncertain(found, seen.uncertainty)
