@@ -255,6 +255,34 @@ _IDENTITY: dict[str, Any] = {
     ),
 }
 
+_TRUSTED: dict[str, Kind] = {
+    "covariance": Either(
+        (
+            Rows((3, 3), FINITE, "3 rows of 3 numbers"),
+            Numbers(36, FINITE, "36 numbers"),
+        ),
+        "3 rows of 3 numbers, of x, z (y in ros) and yaw, or the 36 of a geometry_msgs/PoseWithCovariance",
+        default=None,
+        about="Of the errors of x, z (y in ros) and yaw, in `units` and radians; or of x, y, z and the "
+        "turns about them, 6 by 6 by rows, as in ROS. Zeros, or left out: not known.",
+    ),
+    "visible": Number(SHARE, default=1.0, about="Share that is seen of what would be, were it alone."),
+    "runner_up": OrNull(
+        Object(
+            {
+                "yaw_deg": Number(DEGREES, default=None),
+                "yaw_rad": _YAW_RAD,
+                "probability": Number(Limits(0.0, 0.5, "")),
+            },
+            exclusive=(("yaw_deg", "yaw_rad"),),
+            either=(("yaw_deg",), ("yaw_rad",)),
+        ),
+        "an object with yaw_deg and probability",
+        default=None,
+        about="The second most probable heading, where there is one.",
+    ),
+}
+
 SNAPSHOT = Document(
     "snapshot",
     Object(
@@ -269,6 +297,7 @@ SNAPSHOT = Document(
                         "category": _CATEGORY,
                         "size_whd": _SIZE,
                         "confidence": Number(SHARE, default=1.0, about="The detector's confidence."),
+                        **_TRUSTED,
                     }
                 )
             ),

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +22,7 @@ from farm_ar.scenes.layout import NO_CATEGORY, Layout
 from farm_ar.scenes.reading import Reader, Values
 from farm_ar.scenes.scene import Scene, Site, Template, Weights
 from farm_ar.scenes.snapshot import Detections, Snapshot
+from farm_ar.scenes.uncertainty import Uncertainty
 
 __all__ = ["SCENE", "SNAPSHOT"]
 
@@ -163,6 +166,7 @@ def snapshot_from_dict(data: object, source: str | None = None) -> Snapshot:
             elevation=poses.elevation,
             tilt=poses.tilt,
             size=reader.sizes(("detections",), seen),
+            uncertainty=_uncertainty(reader, seen),
         )
         assumed = reader.left_out("camera", ("fov_left_deg",), ("fov_right_deg",), ("range_m", "range"))
         return Snapshot(camera, detections, reader.values["timestamp"], reader.world, assumed)
@@ -241,6 +245,8 @@ def snapshot_to_dict(snapshot: Snapshot) -> dict[str, Any]:
         }
         _leave_out_unknown(entry)
         _write_tilt(entry, seen.yaw, seen.tilt, i)
+        if seen.uncertainty is not None:
+            entry |= _uncertainty_to_dict(seen.uncertainty, i)
         detections.append(entry | ({} if seen.track_id[i] is None else {"track_id": seen.track_id[i]}))
     when = {} if snapshot.timestamp is None else {"timestamp": snapshot.timestamp}
     return {**when, "camera": view, "detections": detections}
@@ -262,6 +268,45 @@ def _write_tilt(entry: dict[str, Any], yaw: FloatArray, tilt: FloatArray | None,
 
     del entry["yaw_deg"]
     entry["quaternion"] = Rotation.from_matrix(rotation_matrix(yaw[i], tilt[i])).as_quat().tolist()
+
+
+def _uncertainty(reader: Reader, seen: Sequence[Values]) -> Uncertainty | None:
+    """How far the poses of detections can be trusted; None where nothing is said of it."""
+    if all(one["covariance"] is None and one["visible"] == 1.0 and not one["runner_up"] for one in seen):
+        return None
+    world, in_space = reader.world, [*reader.world.plane, 3 + reader.world.up]
+    arrays = {name: np.array(value) for name, value in vars(Uncertainty.unknown(len(seen))).items()}
+    for i, one in enumerate(seen):
+        if one["covariance"] is not None:
+            given = np.array(one["covariance"])
+            given = given.reshape(6, 6)[np.ix_(in_space, in_space)] if given.size == 36 else given
+            with np.errstate(over="ignore", invalid="ignore"):  # what overflows is refused below
+                arrays["covariance"][i] = world.covariances(given)
+        arrays["visible"][i] = one["visible"]
+        if (other := one["runner_up"]) is not None:
+            yaw = other["yaw_rad"] if other["yaw_rad"] is not None else radians(other["yaw_deg"])
+            arrays["runner_up_yaw"][i] = world.yaws(yaw)
+            arrays["runner_up_weight"][i] = other["probability"]
+    try:
+        return Uncertainty(**arrays)
+    except SnapshotError as problem:
+        name, i = re.fullmatch(r"uncertainty\.(\w+?)\[(\d+)\]", problem.field).groups()  # type: ignore[union-attr]
+        field = "covariance" if name == "covariance" else "runner_up"
+        got = seen[int(i)][field]
+        raise reader.fail(("detections", int(i), field), problem.expected, np.asarray(got).tolist()) from None
+
+
+def _uncertainty_to_dict(uncertainty: Uncertainty, i: int) -> dict[str, Any]:
+    """The fields of a detection that say how far its pose can be trusted."""
+    entry: dict[str, Any] = {"covariance": uncertainty.covariance[i].tolist()}
+    if uncertainty.visible[i] < 1:
+        entry["visible"] = float(uncertainty.visible[i])
+    if not np.isnan(uncertainty.runner_up_yaw[i]):
+        entry["runner_up"] = {
+            "yaw_deg": degrees(uncertainty.runner_up_yaw[i]),
+            "probability": float(uncertainty.runner_up_weight[i]),
+        }
+    return entry
 
 
 def _bounds_to_dict(scene: Scene) -> dict[str, Any]:

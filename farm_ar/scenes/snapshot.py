@@ -192,6 +192,7 @@ class SnapshotBatch(Record):
         truth: (B, K) index of the label that each detection really is, `UNKNOWN` for a false one; None
             where it is not known.
         tilt: (B, K, 2) radians; None where all stand upright.
+        uncertainty: (B, K) how far the poses can be trusted; None where no detector knows.
 
     Raises:
         SnapshotError: a value that exists is out of its limits, or the shapes do not agree.
@@ -207,6 +208,7 @@ class SnapshotBatch(Record):
     elevation: FloatArray
     truth: IntArray | None = None
     tilt: FloatArray | None = None
+    uncertainty: Uncertainty | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "categories", tuple(self.categories))
@@ -222,6 +224,8 @@ class SnapshotBatch(Record):
             if array.shape != shape:
                 raise SnapshotError(name, f"must have shape {shape}", array.shape)
             object.__setattr__(self, name, array)
+        if self.uncertainty is not None and self.uncertainty.visible.shape != row:
+            raise SnapshotError("uncertainty", f"must be of shape {row}", self.uncertainty.visible.shape)
         self._check_values()
 
     def _check_values(self) -> None:
@@ -258,6 +262,7 @@ class SnapshotBatch(Record):
             size=self.size[index, :n],
             elevation=self.elevation[index, :n],
             tilt=None if self.tilt is None else self.tilt[index, :n],
+            uncertainty=None if self.uncertainty is None else self.uncertainty.at((index, slice(n))),
         )
         return Snapshot(self.camera.at(index), detections)
 
@@ -302,7 +307,19 @@ class SnapshotBatch(Record):
                 value = getattr(one, name)
                 array[b, : len(one)] = 0.0 if value is None else value
         camera = _stack_cameras([snapshot.camera for snapshot in snapshots])
-        return cls(camera, count, categories, category, truth=None, **poses)
+        uncertainty = _stack_uncertainties([one.uncertainty for one in seen], shape)
+        return cls(camera, count, categories, category, uncertainty=uncertainty, **poses)
+
+
+def _stack_uncertainties(every: Sequence[Uncertainty | None], shape: tuple[int, int]) -> Uncertainty | None:
+    """(B, K) of several snapshots' detections; None where none of them says any."""
+    if all(one is None for one in every):
+        return None
+    arrays = {name: np.array(value) for name, value in vars(Uncertainty.unknown(*shape)).items()}
+    for b, one in enumerate(every):
+        for name, array in arrays.items() if one is not None else ():
+            array[b, : len(one)] = getattr(one, name)
+    return Uncertainty(**arrays)
 
 
 def _stack_cameras(cameras: Sequence[Camera]) -> Camera:

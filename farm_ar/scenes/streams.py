@@ -15,7 +15,10 @@ from farm_ar.scenes.files import MOST_BYTES, json_in
 from farm_ar.scenes.json_files import snapshot_from_dict
 from farm_ar.scenes.snapshot import Detections, Snapshot
 
-POSE_FIELDS = ("x", "y", "z", "yaw_deg", "yaw_rad", "quaternion", "matrix", "size_whd")
+POSE_FIELDS = (
+    *("x", "y", "z", "yaw_deg", "yaw_rad", "quaternion", "matrix", "size_whd"),
+    *("covariance", "visible", "runner_up"),
+)
 """The fields of a detection that say its pose and size."""
 
 _OF_POSE = re.compile(rf"detections\[(\d+)\]\.({'|'.join(POSE_FIELDS)})\b.*")

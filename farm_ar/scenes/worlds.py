@@ -195,6 +195,13 @@ class World:
         ours = self._sense(np.asarray(yaw, dtype=np.float64))
         return ours + self._sense(np.asarray(self.heading)) if self.heading else ours
 
+    def covariances(self, covariance: npt.ArrayLike) -> FloatArray:
+        """(..., 3, 3) of the errors of our x, z and yaw, from those of its two coordinates and heading."""
+        axes = World(self.frame, self.units, heading=self.heading).floor(np.eye(2))
+        to_ours = np.eye(3)
+        to_ours[:2, :2], to_ours[2, 2] = axes.T, float(self._sense(np.asarray(1.0)))
+        return to_ours @ np.asarray(covariance, dtype=np.float64) @ to_ours.T
+
     def poses(
         self, points: npt.ArrayLike, yaw: npt.ArrayLike, rotation: npt.ArrayLike | None = None
     ) -> Poses:

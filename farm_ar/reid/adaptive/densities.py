@@ -14,9 +14,11 @@ from farm_ar.reid.adaptive.records import (
     EXPONENTIAL,
     GAUSSIAN,
     RAY,
+    RING,
     STUDENT,
     TOGETHER,
     Concentrations,
+    Errors,
     Pairs,
     Profiles,
 )
@@ -109,6 +111,51 @@ def level_rows(pairs: Pairs, turn: FloatArray) -> None:
 
 
 @_compile
+def widened(length: float, errors: Errors, p: int) -> tuple[float, float]:
+    """The length that a shift seems to have been drawn with, and by what its density is multiplied.
+
+    Those of a Gaussian shift of that SD and a Gaussian error are exact; others are stretched likewise.
+    """
+    one, other = length**2 + errors.wide[p], length**2 + errors.narrow[p]
+    square = 1.0 / (errors.along[p] / one + (1.0 - errors.along[p]) / other)
+    return math.sqrt(square), square / math.sqrt(one * other)
+
+
+@_compile
+def shift_with_errors(kind: int, length: float, width: float, pairs: Pairs, density: FloatArray) -> None:
+    """Widen (P,) densities of shifts by what detectors say of the errors of their places."""
+    for p in range(len(density)):
+        if not pairs.errors.wide[p] > 0.0:
+            continue
+        distance = pairs.distance[p]
+        logarithm = math.log(max(distance, 1e-300))
+        if pairs.stays[p]:
+            scale, times = widened(STANDING, pairs.errors, p)
+            density[p] = times * shift_density(GAUSSIAN, scale, 0.0, distance, logarithm)
+        elif kind == AHEAD:
+            sd = math.sqrt((width * length) ** 2 + 0.5 * (pairs.errors.wide[p] + pairs.errors.narrow[p]))
+            density[p] = density_ahead(length, sd, distance, pairs.course[p], pairs.course_known[p])
+        elif kind == RING:
+            far = max(distance, 0.1 * length)
+            wide = 0.5 * (pairs.errors.wide[p] + pairs.errors.narrow[p]) / far**2
+            density[p] = shift_density(RING, length, math.sqrt(width * width + wide), distance, logarithm)
+        elif kind != EVEN:
+            scale, times = widened(length, pairs.errors, p)
+            density[p] = times * shift_density(kind, scale, width, distance, logarithm)
+
+
+@_compile
+def turn_with_errors(kappa: float, fold: int, pairs: Pairs, p: int) -> float:
+    """Density of a turn without outliers: less sharp by the heading's error, and with the second heading."""
+    kappa = kappa / (1.0 + kappa * pairs.errors.turn[p] * fold**2)
+    top = 1.0 / (2 * math.pi * scaled_bessel(kappa))
+    weight = pairs.errors.rival_weight[p]
+    one = math.exp(kappa * (folded(pairs.turn[p], fold) - 1.0))
+    other = math.exp(kappa * (folded(pairs.errors.rival_turn[p], fold) - 1.0))
+    return top * ((1.0 - weight) * one + weight * other)
+
+
+@_compile
 def tabulate(
     pairs: Pairs,
     profiles: Profiles,
@@ -150,6 +197,8 @@ def tabulate(
                 shift[r, p] = pairs.far[p]
             else:
                 shift[r, p] = shift_density(kind, length, width, pairs.distance[p], log_distance[p])
+        if len(pairs.errors.wide):
+            shift_with_errors(kind, length, width, pairs, shift[r])
     any_turn = 1.0 / (2 * math.pi)
     for t in range(len(turn)):
         for p in range(count):
@@ -158,6 +207,8 @@ def tabulate(
                 which = 0 if pairs.stays[p] else t
                 cosine = folded(pairs.turn[p], angles.fold[which])
                 peak = angles.turn_peak[which] * math.exp(angles.turn[which] * (cosine - 1.0))
+                if len(pairs.errors.turn):
+                    peak = turn_with_errors(angles.turn[which], angles.fold[which], pairs, p)
                 turn[t, p] = angles.outliers * any_turn + (1.0 - angles.outliers) * peak
         if angles.anyone[t]:
             level_rows(pairs, turn[t])

@@ -51,6 +51,9 @@ def predictive_p_value(pairs: Pairs, chosen: IntArray, every: Hypotheses, motion
     shift = np.maximum(far + (1 - far) * _shift_tail(pairs, index, every, motion), _LEAST)
     heading = every.motions.heading[motion]
     told = index[pairs.turned[index] & ~every.angles.anyone[heading]]
+    if len(pairs.errors.turn):
+        # A heading that may be another tells too little.
+        told = told[pairs.errors.rival_weight[told] == 0.0]
     cosine = pairs.turn[told]
     if every.angles.shared[heading]:
         sine = pairs.turn_sine[told]
@@ -58,7 +61,11 @@ def predictive_p_value(pairs: Pairs, chosen: IntArray, every: Hypotheses, motion
     fold = int(every.angles.fold[heading])
     angle = np.arccos(np.clip([folded(c, fold) for c in cosine.tolist()], -1.0, 1.0))
     # What has gone anywhere is turned anyhow.
-    tail = far * (1 - angle / np.pi) + (1 - far) * _turn_tail(angle, every, motion)
+    less = 1.0
+    if len(pairs.errors.turn):
+        kappa = float(every.angles.turn[heading])
+        less = np.sqrt(1 + kappa * fold**2 * pairs.errors.turn[told])
+    tail = far * (1 - angle / np.pi) + (1 - far) * _turn_tail(angle / less, every, motion)
     both = [chdtrc(2 * len(u), -2 * np.log(u).sum()) for u in (shift, np.maximum(tail, _LEAST)) if len(u)]
     if fold > 1:
         # As few as stand as they did, or fewer.
@@ -72,6 +79,8 @@ def _shift_tail(pairs: Pairs, index: IntArray, every: Hypotheses, motion: int) -
     kind, length = int(every.profiles.kind[profile]), float(every.profiles.length[profile])
     width = float(every.profiles.width[profile])
     distance = pairs.distance[index]
+    if len(pairs.errors.wide) and kind != EVEN:
+        distance = distance / np.sqrt(1 + pairs.errors.wide[index] / length**2)
     if kind == EXPONENTIAL:
         return np.asarray((1 + distance / length) * np.exp(-distance / length))
     if kind == STUDENT:

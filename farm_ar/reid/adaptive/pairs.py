@@ -11,6 +11,7 @@ import numpy as np
 from farm_ar.arrays import BoolArray, FloatArray, IntArray, read_only
 from farm_ar.errors import SnapshotError
 from farm_ar.reid.adaptive.densities import NEAR
+from farm_ar.reid.adaptive.errors import errors_of
 from farm_ar.reid.adaptive.hypotheses import MOST_SCALES, scale_lengths
 from farm_ar.reid.adaptive.options import AdaptiveOptions
 from farm_ar.reid.adaptive.records import Pairs
@@ -168,6 +169,9 @@ def problem_of(
         stays=known.fixed[labels[j]],
         far=1 / of_label[j],
         farther=1 / (np.pi * (distance**2 + NEAR**2) * np.log1p(of_label[j] / np.pi / NEAR**2)),
+        errors=errors_of(
+            seen.uncertainty, known.spacing, i, shift, known.yaw[labels[j]], known.period[labels[j]]
+        ),
     )
     # What is new is as often of a category as labels are.
     share = np.bincount(known.category[labels], minlength=len(area_of)) / max(len(labels), 1)

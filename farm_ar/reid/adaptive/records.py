@@ -82,6 +82,26 @@ class Concentrations(NamedTuple):
     astray: float
 
 
+class Errors(NamedTuple):
+    """What detectors say of their errors, for each of P pairs; arrays of none where they say nothing.
+
+    Args:
+        wide: (P,) largest variance of the place, square spacings.
+        narrow: (P,) least variance.
+        along: (P,) squared cosine of the angle between the shift and the direction of the largest.
+        turn: (P,) variance of the turn, in periods of the symmetry as `Pairs.turn`.
+        rival_turn: (P,) cosine of the turn to the second most probable heading.
+        rival_weight: (P,) its probability.
+    """
+
+    wide: FloatArray
+    narrow: FloatArray
+    along: FloatArray
+    turn: FloatArray
+    rival_turn: FloatArray
+    rival_weight: FloatArray
+
+
 class Pairs(NamedTuple):
     """The P pairs of one of N detections and one of M labels that could be the same, detection by detection.
 
@@ -106,6 +126,7 @@ class Pairs(NamedTuple):
         stays: (P,) whether the label's object never moves.
         far: (P,) density of a place for what has gone anywhere: even over all places.
         farther: (P,) the same, even by the ratio of distances.
+        errors: what detectors say of theirs.
     """
 
     start: IntArray
@@ -128,6 +149,7 @@ class Pairs(NamedTuple):
     stays: BoolArray
     far: FloatArray
     farther: FloatArray
+    errors: Errors
 
 
 class Common(NamedTuple):

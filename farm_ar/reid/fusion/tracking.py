@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray, Record, read_only
 from farm_ar.errors import SnapshotError
-from farm_ar.geometry import diameter
+from farm_ar.geometry import diameter, wrap
 from farm_ar.reid.answers import Assurance, Identification
 from farm_ar.reid.base import Reidentifier, as_reidentifier
 from farm_ar.reid.fusion.association import Association, Seen, associate, mean_yaw
-from farm_ar.scenes import UNKNOWN, Camera, Detections, Snapshot
+from farm_ar.scenes import UNKNOWN, Camera, Detections, Snapshot, Uncertainty
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +159,7 @@ def _associated(snapshots: Sequence[Snapshot]) -> Association:
         np.repeat(np.arange(len(seen)), [len(one) for one in seen]),
         np.array([codes[name] for one in seen for name in one.category], dtype=np.int64),
         position,
-        np.concatenate([one.yaw for one in seen]),
+        np.concatenate([np.where(_rivals(one)[1] > 0, np.nan, one.yaw) for one in seen]),
         np.log(np.concatenate([one.size for one in seen])),
     )
     return associate(every, _area(position, [one.camera for one in snapshots]))
@@ -180,19 +180,49 @@ def _fused(snapshots: Sequence[Snapshot], object_of: IntArray) -> tuple[Detectio
         name: np.concatenate([getattr(one, name) for one in seen])
         for name in ("position", "yaw", "size", "elevation", "confidence")
     }
+    rivals = [np.concatenate(column) for column in zip(*map(_rivals, seen), strict=True)]
     number = np.bincount(object_of).astype(np.float64) if len(object_of) else np.zeros(0)
     groups = [np.flatnonzero(object_of == k) for k in range(len(number))]
     known = [[category[i] for i in group if category[i] is not None] for group in groups]
     objects = Detections(
         category=tuple(names[0] if names else None for names in known),
         position=np.array([every["position"][group].mean(axis=0) for group in groups]),
-        yaw=np.array([mean_yaw(every["yaw"][group]) for group in groups]),
+        yaw=np.array([settled_yaw(every["yaw"][group], *(r[group] for r in rivals)) for group in groups]),
         size=np.array([_mean_size(every["size"][group]) for group in groups]),
         elevation=np.array([every["elevation"][group].mean() for group in groups]),
         confidence=np.array([every["confidence"][group].max() for group in groups]),
         tilt=_mean_tilts(seen, groups),
+        uncertainty=_mean_uncertainty(seen, groups),
     )
     return objects, number
+
+
+def _rivals(seen: Detections) -> tuple[FloatArray, FloatArray]:
+    """(N,) second most probable headings, and their probabilities, 0 where there is none."""
+    known = seen.uncertainty or Uncertainty.unknown(len(seen))
+    return known.runner_up_yaw, np.nan_to_num(known.runner_up_weight)
+
+
+def settled_yaw(yaw: FloatArray, rival: FloatArray, weight: FloatArray) -> float:
+    """The mean heading of K detections of one thing, radians, of which some may be their second headings.
+
+    Each heading that is known is tried as the thing's; the one that explains all best decides which of its
+    two each detection means.
+
+    Args:
+        yaw: (K,) radians; NaN where not known.
+        rival: (K,) second most probable headings, radians; NaN where there is none.
+        weight: (K,) their probabilities.
+    """
+    tried = np.concatenate([yaw[~np.isnan(yaw)], rival[weight > 0]])
+    if not (weight > 0).any() or not len(tried):
+        return mean_yaw(yaw)
+    other = np.abs(wrap(yaw - tried[:, None])) > np.abs(
+        wrap(np.where(weight > 0, rival, yaw) - tried[:, None])
+    )
+    best = int(np.where(other, np.log(np.maximum(weight, 1e-9)), np.log1p(-weight)).sum(axis=1).argmax())
+    meant = np.where(other[best], rival, yaw)
+    return mean_yaw(meant)
 
 
 def _mean_tilts(seen: Sequence[Detections], groups: Sequence[IntArray]) -> FloatArray | None:
@@ -201,6 +231,27 @@ def _mean_tilts(seen: Sequence[Detections], groups: Sequence[IntArray]) -> Float
         return None
     every = np.concatenate([np.zeros((len(one), 2)) if one.tilt is None else one.tilt for one in seen])
     return np.array([[mean_yaw(every[group, k]) for k in range(2)] for group in groups])
+
+
+def _mean_uncertainty(seen: Sequence[Detections], groups: Sequence[IntArray]) -> Uncertainty | None:
+    """That of objects; None where no detector knows any.
+
+    The errors of one thing's detections may be the same in all, so that their mean is known no better than
+    each. A second heading is that of a detection alone.
+    """
+    if all(one.uncertainty is None for one in seen):
+        return None
+    every = [one.uncertainty or Uncertainty.unknown(len(one)) for one in seen]
+    covariance, visible, yaw, weight = (
+        np.concatenate([getattr(one, field.name) for one in every]) for field in fields(Uncertainty)
+    )
+    single = [group if len(group) == 1 else group[:0] for group in groups]
+    return Uncertainty(
+        np.array([covariance[group].mean(axis=0) for group in groups]).reshape(-1, 3, 3),
+        np.array([visible[group].max() for group in groups]),
+        np.array([yaw[group].sum() if len(group) else np.nan for group in single]),
+        np.array([weight[group].sum() if len(group) else np.nan for group in single]),
+    )
 
 
 def _mean_size(size: FloatArray) -> FloatArray:

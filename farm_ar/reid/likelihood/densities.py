@@ -229,7 +229,7 @@ def translation_density(known: Known, labels: Labels, found: Found, b: int, resu
     """
     scale, usual = known.models.translation_sd, known.detecting.position_sd
     stood, fixed, room = labels.position, labels.fixed, labels.room
-    position, spread = found.position[b], found.spread[b]
+    position, spread, cross = found.position[b], found.spread[b], found.cross[b]
     for a in range(len(scale)):
         sd = scale[a]
         for i in range(result.shape[1]):
@@ -244,7 +244,31 @@ def translation_density(known: Known, labels: Labels, found: Found, b: int, resu
                         moved,
                         max(usual, spread[i, axis]),
                     )
+                if cross[i] != 0.0:
+                    x, z = position[i, 0] - stood[j, 0], position[i, 1] - stood[j, 1]
+                    one = moved * moved + max(usual, spread[i, 0]) ** 2
+                    other = moved * moved + max(usual, spread[i, 1]) ** 2
+                    density = correlated(density, x, z, one, other, cross[i])
                 result[a, i, j] = density
+
+
+@_compile
+def correlated(density: float, x: float, z: float, one: float, other: float, cross: float) -> float:
+    """Density of a shift whose coordinates go together, from that of coordinates that do not.
+
+    Args:
+        density: without the correlation; larger than a normal one where there are walls.
+        x: of the shift, metres.
+        z: likewise.
+        one: variance of x.
+        other: that of z.
+        cross: their covariance.
+    """
+    alone = math.exp(-0.5 * (x * x / one + z * z / other)) / (2 * math.pi * math.sqrt(one * other))
+    left = one * other - cross * cross
+    square = (other * x * x - 2 * cross * x * z + one * z * z) / left
+    both = math.exp(-0.5 * square) / (2 * math.pi * math.sqrt(left))
+    return both * min(density / alone, 1e100) if alone > 0.0 else both
 
 
 @_compile

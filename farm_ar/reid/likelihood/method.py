@@ -151,6 +151,8 @@ class LikelihoodReid(Reidentifier):
         size = np.where(exists[..., None], batch.size, 1.0)
         poses = self._position(batch.position), self._heading(batch.yaw), batch.elevation
         found = _found(batch.count, poses, codes, size)
+        if batch.uncertainty is not None:
+            found = self._uncertain(found, batch.uncertainty)
         answer = self._answer(batch.camera, found, details=False)
         labels = self.scene.layout.labels
         return IdentificationBatch(
@@ -240,17 +242,27 @@ class LikelihoodReid(Reidentifier):
         # Of n detections of this confidence, (1 - confidence) n are false and confidence n are not.
         confidence = np.maximum(seen.confidence[None], LEAST_CONFIDENCE)
         found = found._replace(false=len(seen) * (1 - confidence) / confidence)
-        return found if seen.uncertainty is None else self._uncertain(found, seen.uncertainty)
+        return found if seen.uncertainty is None else self._uncertain(found, seen.uncertainty.at(None))
 
     def _uncertain(self, found: Found, uncertainty: Uncertainty) -> Found:
         """Detections with what the detector says of its errors."""
         if self._room is not None:
             uncertainty = uncertainty.turned(-self._room.yaw)
-        variance = np.diagonal(uncertainty.covariance, axis1=1, axis2=2)
+        covariance = uncertainty.covariance
+        place = (covariance[..., :2, :2] + np.swapaxes(covariance[..., :2, :2], -1, -2)) / 2
+        # Known better than is usual in a direction, it counts as usual there, whatever the axes.
+        square, along = np.linalg.eigh(place)
+        usual = self._noise.position_sd**2
+        worse = square[..., 1] > usual
+        wide = along * np.maximum(square, usual)[..., None, :] @ np.swapaxes(along, -1, -2)
+        spread = np.zeros((*worse.shape, 3))
+        spread[..., :2] = np.where(worse[..., None], np.sqrt(np.diagonal(wide, axis1=-2, axis2=-1)), 0.0)
+        spread[..., 2] = np.sqrt(np.maximum(covariance[..., 2, 2], 0.0))
         return found._replace(
-            spread=np.sqrt(np.maximum(variance, 0.0))[None],
-            rival=np.nan_to_num(uncertainty.runner_up_yaw)[None],
-            rival_weight=np.nan_to_num(uncertainty.runner_up_weight)[None],
+            spread=spread,
+            cross=np.where(worse, wide[..., 0, 1], 0.0),
+            rival=np.nan_to_num(uncertainty.runner_up_yaw),
+            rival_weight=np.nan_to_num(uncertainty.runner_up_weight),
         )
 
     def _position(self, place: FloatArray) -> FloatArray:
@@ -356,6 +368,7 @@ def _found(
         elevation=np.where(told, elevation, np.nan),
         false=np.zeros(yaw.shape),
         spread=np.zeros((*yaw.shape, 3)),
+        cross=np.zeros(yaw.shape),
         rival=np.zeros(yaw.shape),
         rival_weight=np.zeros(yaw.shape),
     )

@@ -144,6 +144,7 @@ class Found(NamedTuple):
         false: (B, K) false detections like it that are to be expected, by the detector's own confidence.
         spread: (B, K, 3) SDs of x, z, metres, and of the yaw, radians, as the detector has them; 0 where it
             does not know.
+        cross: (B, K) covariance of the errors of x and z, square metres.
         rival: (B, K) the second most probable heading, radians.
         rival_weight: (B, K) its probability; 0 for none.
     """
@@ -157,6 +158,7 @@ class Found(NamedTuple):
     elevation: FloatArray
     false: FloatArray
     spread: FloatArray
+    cross: FloatArray
     rival: FloatArray
     rival_weight: FloatArray
 

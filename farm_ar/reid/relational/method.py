@@ -168,6 +168,7 @@ def _repeated(found: Found, b: int, n: int, rows: int) -> Found:
         elevation=repeat(found.elevation),
         false=repeat(found.false),
         spread=repeat(found.spread),
+        cross=repeat(found.cross),
         rival=repeat(found.rival),
         rival_weight=repeat(found.rival_weight),
     )

@@ -382,6 +382,7 @@ def _some(seen: Detections, kept: Sequence[int]) -> Detections:
         elevation=seen.elevation[kept],
         confidence=seen.confidence[kept],
         tilt=None if seen.tilt is None else seen.tilt[kept],
+        uncertainty=None if seen.uncertainty is None else seen.uncertainty.at(list(kept)),
     )
 
 
