@@ -21,6 +21,7 @@ from farm_ar.scenes import (
     SnapshotBatch,
     observe_many,
 )
+from farm_ar.vision.measured_noise import disturbed, measured_noise
 
 VIEWS: Mapping[str, FieldOfView] = MappingProxyType(
     {
@@ -33,10 +34,8 @@ VIEWS: Mapping[str, FieldOfView] = MappingProxyType(
 The paper does not say in which of them a box must be. Its view ends at the walls, well within 20 m.
 """
 
-DETECTOR = Detector(
-    occlusion=True, whole=True, position_sd=0.03, yaw_sd=float(np.deg2rad(5.0)), miss_rate=0.02
-)
-"""Noise of the poses that the headset gets. A chair counts only when all of its box is in view."""
+DETECTOR = Detector(occlusion=True, whole=True)
+"""A chair counts only when all of its box is in view and no other hides its middle."""
 
 
 class Walked(NamedTuple):
@@ -55,7 +54,10 @@ class Walked(NamedTuple):
 
 @dataclass(frozen=True)
 class Walk:
-    """How a person walks and looks, and what is wrong with what the headset says; none of it is measured.
+    """How a person walks and looks, and what is wrong with what the headset says.
+
+    The errors of the poses are those measured on pictures of the farm, for chairs at the distance at which
+    they look as large (`MeasuredNoise.for_sizes`). All else is assumed.
 
     Args:
         eye_m: height of the eyes above the floor, metres.
@@ -65,7 +67,8 @@ class Walk:
         look_m: height of what is looked at, metres: the middle of a chair.
         sway: SD of the heading about what is looked at, radians; the pitch sways half as much.
         sway_s: how long a glance lasts, seconds.
-        detector: of the poses.
+        detector: what is detected.
+        measured: whether detections have the measured errors and misses.
         drift_m: SD of the headset's own place, metres, in each coordinate.
         drift_rad: SD of its heading, radians.
         drift_s: how long an error of the headset's pose lasts, seconds.
@@ -80,6 +83,7 @@ class Walk:
     sway: float = float(np.deg2rad(8.0))
     sway_s: float = 1.5
     detector: Detector = DETECTOR
+    measured: bool = True
     drift_m: float = 0.02
     drift_rad: float = float(np.deg2rad(0.5))
     drift_s: float = 20.0
@@ -122,6 +126,9 @@ class Walk:
         every = moved.placed(moved.position[:, None], moved.yaw[:, None])
         cameras = self.cameras(scene, walks, rng)
         batch = observe_many(every, cameras, self.detector, rng)
+        if self.measured:
+            noise = measured_noise().for_sizes(scene.layout.size)
+            batch = disturbed(batch, len(scene.layout), noise, rng)
         error = wandering((3, *cameras.batch_shape), self.frames_per_second * self.drift_s, rng)
         seen = drifted(batch, error.reshape(3, -1) * [[self.drift_m], [self.drift_m], [self.drift_rad]])
         return Walked(moved, cameras, seen)
@@ -155,4 +162,10 @@ def drifted(batch: SnapshotBatch, error: FloatArray) -> SnapshotBatch:
     )
     place = batch.camera.position + np.stack([x, z], axis=-1)
     camera = replace(batch.camera, position=place, yaw=batch.camera.yaw + turn)
-    return replace(batch, camera=camera, position=place[:, None] + turned, yaw=batch.yaw + turn[:, None])
+    return replace(
+        batch,
+        camera=camera,
+        position=place[:, None] + turned,
+        yaw=batch.yaw + turn[:, None],
+        uncertainty=batch.uncertainty and batch.uncertainty.turned(turn[:, None]),
+    )

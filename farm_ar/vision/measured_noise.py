@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -14,9 +14,17 @@ from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.game_logic import visibility
 from farm_ar.game_logic.headset import field_of_view, random_camera
 from farm_ar.game_logic.perception import Perceived
-from farm_ar.geometry import deepest_overlap, wrap
-from farm_ar.rendering import View
-from farm_ar.scenes import Camera, Detections, Layout, Scene, Snapshot, Uncertainty
+from farm_ar.geometry import bearing, deepest_overlap, heading, wrap
+from farm_ar.scenes import (
+    Camera,
+    Detections,
+    Layout,
+    Scene,
+    Snapshot,
+    SnapshotBatch,
+    Uncertainty,
+    builtin_scene,
+)
 from farm_ar.vision.canonical import azimuth
 from farm_ar.vision.frames import errors
 from farm_ar.vision.perception import SIZE, PixelPerception, view_of
@@ -52,24 +60,65 @@ class MeasuredNoise:
         """Share of the detections that are of something."""
         return self.found_rate / (self.found_rate + self.false_rate)
 
-    def uncertainty(self, view: View, position: FloatArray, yaw: FloatArray) -> Uncertainty:
-        """What is known of the errors of detections (N, 2) with headings (N,)."""
-        away = position - view.eye[[0, 2]]
-        kind = np.searchsorted(self.edges, np.linalg.norm(away, axis=1))
+    def uncertainty(self, offset: FloatArray, yaw: FloatArray) -> Uncertainty:
+        """What is known of the errors of detections at offsets (..., 2) from the eye, with headings (...)."""
+        kind = np.searchsorted(self.edges, np.linalg.norm(offset, axis=-1))
         # From (away from the eye, to its side, yaw) to (x, z, yaw).
-        sine, cosine = (f(azimuth(view, position)) for f in (np.sin, np.cos))
-        turn = np.zeros((len(kind), 3, 3))
-        turn[:, 0, 0], turn[:, 0, 1], turn[:, 1, 0], turn[:, 1, 1], turn[:, 2, 2] = (
-            sine,
-            cosine,
-            cosine,
-            -sine,
-            1.0,
-        )
-        covariance = turn @ self.covariance[kind] @ turn.transpose(0, 2, 1)
-        covariance = (covariance + covariance.transpose(0, 2, 1)) / 2
+        toward = heading(offset)
+        sine, cosine = np.sin(toward), np.cos(toward)
+        turn = np.zeros((*kind.shape, 3, 3))
+        turn[..., 0, 0], turn[..., 0, 1], turn[..., 1, 0], turn[..., 1, 1] = sine, cosine, cosine, -sine
+        turn[..., 2, 2] = 1.0
+        covariance = turn @ self.covariance[kind] @ np.swapaxes(turn, -1, -2)
+        covariance = (covariance + np.swapaxes(covariance, -1, -2)) / 2
         flip = np.minimum(self.flip[kind], 0.5)
-        return Uncertainty(covariance, np.ones(len(kind)), wrap(yaw + np.pi), flip)
+        return Uncertainty(covariance, np.ones(kind.shape), wrap(yaw + np.pi), flip)
+
+    def for_sizes(self, size: FloatArray) -> MeasuredNoise:
+        """The same of things of other sizes, which look as large from a distance larger by as much.
+
+        Args:
+            size: (N, 3) sides of the things, metres; lengths go with the mean of their logarithms.
+        """
+        farm = builtin_scene("farm").layout
+        factor = float(np.exp(np.log(size).mean() - np.log(farm.size[farm.movable]).mean()))
+        unit = np.array([factor, factor, 1.0])
+        return replace(
+            self,
+            edges=self.edges * factor,
+            bias=self.bias * unit,
+            covariance=self.covariance * np.outer(unit, unit),
+        )
+
+    def sd(self, away: float) -> tuple[float, float]:
+        """SD at a distance of the place, in its worse direction, and of the heading, metres and radians."""
+        covariance = self.covariance[np.searchsorted(self.edges, away)]
+        return float(np.sqrt(np.linalg.eigvalsh(covariance[:2, :2])[1])), float(np.sqrt(covariance[2, 2]))
+
+    def missed(self, away: FloatArray, uniform: FloatArray) -> BoolArray:
+        """Which things at distances (...) are not found, by uniform random numbers (...)."""
+        return np.asarray(uniform < self.miss[np.searchsorted(self.edges, away)])
+
+    def errors(self, offset: FloatArray, normal: FloatArray, uniform: FloatArray) -> FloatArray:
+        """Errors of the things that are found.
+
+        Args:
+            offset: (..., 2) of them from the eye, metres.
+            normal: (..., 3) standard normal random numbers.
+            uniform: (...) uniform ones, which say whose heading is turned by half.
+
+        Returns:
+            (..., 3) of x, z and yaw, metres and radians.
+        """
+        kind = np.searchsorted(self.edges, np.linalg.norm(offset, axis=-1))
+        root = np.linalg.cholesky(self.covariance + 1e-18 * np.eye(3))
+        error = self.bias[kind] + np.einsum("...ij,...j->...i", root[kind], normal)
+        yaw = error[..., 2] + np.pi * (uniform < self.flip[kind])
+        toward = heading(offset)
+        sine, cosine = np.sin(toward), np.cos(toward)
+        x = sine * error[..., 0] + cosine * error[..., 1]
+        z = cosine * error[..., 0] - sine * error[..., 1]
+        return np.stack([x, z, yaw], axis=-1)
 
     @classmethod
     def from_json(cls, document: dict[str, Any]) -> MeasuredNoise:
@@ -96,19 +145,11 @@ class MeasuredPerception:
         """The snapshot that the camera takes of the objects where they truly are."""
         noise, eye = measured_noise(), view_of(camera)
         source = np.flatnonzero(in_picture(truth, camera))
-        away = np.linalg.norm(truth.position[source] - camera.position, axis=1)
-        kind = np.searchsorted(noise.edges, away)
-        found = rng.random(len(source)) >= noise.miss[kind]
-        source, kind = source[found], kind[found]
-        root = np.linalg.cholesky(noise.covariance + 1e-18 * np.eye(3))
-        error = noise.bias[kind] + np.einsum("nij,nj->ni", root[kind], rng.standard_normal((len(source), 3)))
-        error[:, 2] += np.pi * (rng.random(len(source)) < noise.flip[kind])
-        toward = azimuth(eye, truth.position[source])
-        sine, cosine = np.sin(toward), np.cos(toward)
-        shift = np.column_stack(
-            [sine * error[:, 0] + cosine * error[:, 1], cosine * error[:, 0] - sine * error[:, 1]]
-        )
-        position, yaw = truth.position[source] + shift, wrap(truth.yaw[source] + error[:, 2])
+        offset = truth.position[source] - camera.position
+        found = ~noise.missed(np.linalg.norm(offset, axis=1), rng.random(len(source)))
+        source = source[found]
+        error = noise.errors(offset[found], rng.standard_normal((len(source), 3)), rng.random(len(source)))
+        position, yaw = truth.position[source] + error[:, :2], wrap(truth.yaw[source] + error[:, 2])
         numbers, ghosts = _with_false(source, truth, camera, noise, rng)
         position = np.concatenate([position, ghosts[:, :2]])
         yaw = np.concatenate([yaw, ghosts[:, 2]])
@@ -122,9 +163,37 @@ class MeasuredPerception:
             truth.size[like],
             truth.elevation[like],
             confidence=np.full(len(like), noise.precision),
-            uncertainty=noise.uncertainty(eye, position[order], yaw[order]),
+            uncertainty=noise.uncertainty(position[order] - camera.position, yaw[order]),
         )
         return Perceived(Snapshot(camera, detections), of[order])
+
+
+def disturbed(
+    batch: SnapshotBatch, labels: int, noise: MeasuredNoise, rng: np.random.Generator
+) -> SnapshotBatch:
+    """Snapshots of exact poses with measured errors and misses; detections of nothing are not added.
+
+    Args:
+        batch: B snapshots whose truth is known, each detection of a label.
+        labels: how many there are: each has its random numbers, whatever else is in view.
+        noise: how large and how frequent the errors are.
+        rng: where the randomness comes from.
+    """
+    assert batch.truth is not None
+    rows, of = np.arange(len(batch))[:, None], batch.truth
+    uniform, normal = rng.random((2, len(batch), labels)), rng.standard_normal((len(batch), labels, 3))
+    offset = batch.position - batch.camera.position[:, None]
+    there = np.arange(of.shape[1]) < batch.count[:, None]
+    there &= ~noise.missed(np.linalg.norm(offset, axis=-1), uniform[0][rows, of])
+    error = noise.errors(offset, normal[rows, of], uniform[1][rows, of])
+    position = batch.position + error[..., :2]
+    angle = np.where(there, bearing(batch.camera.position, batch.camera.yaw, position), np.inf)
+    order = np.argsort(angle, axis=1, kind="stable")
+    values = {name: getattr(batch, name) for name in ("category", "size", "elevation", "truth", "tilt")}
+    values |= {"position": position, "yaw": wrap(batch.yaw + error[..., 2])}
+    taken = {name: None if value is None else value[rows, order] for name, value in values.items()}
+    known = noise.uncertainty(taken["position"] - batch.camera.position[:, None], taken["yaw"])
+    return replace(batch, count=there.sum(axis=1), uncertainty=known, **taken)
 
 
 def _with_false(

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from farm_ar.experiments.walks import VIEWS, Walk, drifted, wandering
-from farm_ar.scenes import Detector, LayoutNoise, builtin_scene, whole_in_view
+from farm_ar.geometry import wrap
+from farm_ar.scenes import LayoutNoise, builtin_scene, whole_in_view
+from farm_ar.vision.measured_noise import measured_noise
 
 STILL = LayoutNoise.of(0.0, 0.0)
-EXACT = replace(Walk(), drift_m=0.0, drift_rad=0.0, detector=Detector(occlusion=True, whole=True))
+EXACT = replace(Walk(), drift_m=0.0, drift_rad=0.0, measured=False)
 
 
 def test_errors_have_the_spread_and_the_memory_that_were_asked_for(rng):
@@ -77,3 +79,37 @@ def test_the_display_shows_fewer_chairs_than_the_camera(rng):
         for view in ("display", "camera")
     ]
     assert 0 < counts[0] < counts[1]
+
+
+def test_chairs_have_the_errors_that_were_measured_of_buildings_that_look_as_large():
+    """A room is a farm some six times as large: distances and errors along with it, headings as they are."""
+    scene = builtin_scene("classroom")
+    sides = np.log(builtin_scene("farm").layout.size[builtin_scene("farm").layout.movable]).mean()
+    times = np.exp(np.log(scene.layout.size).mean() - sides)
+    assert times > 4
+    noise, walk = measured_noise(), replace(EXACT, measured=True)
+    exact, erring = (w.through(scene, STILL, 12, np.random.default_rng(1)).snapshots for w in (EXACT, walk))
+    rows, missed = [], 0
+    for b in range(len(exact)):
+        true = dict(zip(exact.truth[b, : exact.count[b]].tolist(), range(exact.count[b]), strict=True))
+        found = erring.truth[b, : erring.count[b]].tolist()
+        assert set(found) <= set(true)
+        missed += len(true) - len(found)
+        for k, label in enumerate(found):
+            i = true[label]
+            offset = exact.position[b, i] - exact.camera.position[b]
+            error = erring.position[b, k] - exact.position[b, i]
+            away = np.hypot(*offset)
+            rows.append((away, error @ offset / away, float(wrap(erring.yaw[b, k] - exact.yaw[b, i]))))
+        angle = np.arctan2(*(erring.position[b, : len(found)] - exact.camera.position[b]).T)
+        assert (np.diff(wrap(angle - exact.camera.yaw[b])) >= 0).all(), "from left to right"
+    away, along, turn = np.array(rows).T
+    kind = np.searchsorted(noise.edges * times, away)
+    assert 0 < missed < 0.02 * len(rows)
+    for k in range(5):
+        here = (kind == k) & (np.abs(turn) < np.pi / 2)
+        assert here.sum() > 100
+        assert along[here].std() == pytest.approx(times * np.sqrt(noise.covariance[k, 0, 0]), rel=0.25)
+        assert turn[here].std() == pytest.approx(np.sqrt(noise.covariance[k, 2, 2]), rel=0.25)
+        flipped = np.mean(np.abs(turn[kind == k]) > np.pi / 2)
+        assert flipped == pytest.approx(noise.flip[k], abs=0.02)

@@ -334,7 +334,7 @@ class Session:
             if category in usual and (aside[i] is None or labels[i] in layout.labels)
         ]
         known = [labels[i] if labels[i] in layout.labels else None for i in kept]
-        return self._reid.learn(replace(snapshot, detections=_some(seen, kept)), known)
+        return self._reid.learn(replace(snapshot, detections=seen.at(np.array(kept, dtype=np.int64))), known)
 
     def _add(self, event: Event) -> None:
         """Let something happen."""
@@ -370,20 +370,6 @@ class _Hinted(Reidentifier):
         nothing = np.zeros(len(self.scene.layout))
         rows = [self._hint.get(name, nothing) for name in snapshot.detections.ids]
         return self._reid.identify(snapshot, np.reshape(rows, (-1, len(nothing))))
-
-
-def _some(seen: Detections, kept: Sequence[int]) -> Detections:
-    """Some of the detections."""
-    return Detections(
-        category=tuple(seen.category[i] for i in kept),
-        position=seen.position[kept],
-        yaw=seen.yaw[kept],
-        size=seen.size[kept],
-        elevation=seen.elevation[kept],
-        confidence=seen.confidence[kept],
-        tilt=None if seen.tilt is None else seen.tilt[kept],
-        uncertainty=None if seen.uncertainty is None else seen.uncertainty.at(list(kept)),
-    )
 
 
 def _without_idle_looks(events: tuple[Event, ...]) -> tuple[Event, ...]:
