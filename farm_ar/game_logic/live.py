@@ -17,7 +17,7 @@ from farm_ar.game_logic.physics.gripper import HandState
 from farm_ar.game_logic.physics.limits import Motion, MotionLimit
 from farm_ar.game_logic.physics.tabletop import Tabletop
 from farm_ar.game_logic.render_state import RenderState
-from farm_ar.scenes import Camera, Layout, Scene
+from farm_ar.scenes import Camera, Layout, Scene, visible
 
 UPDATES = ("pause", "live")
 """When the game looks: once, after the hand has left, while all else waits; or all the time."""
@@ -85,6 +85,9 @@ class HandBefore:
 class LiveGame(FarmGame):
     """The game with `update="live"`: five looks a second, from which every label follows its building.
 
+    During a visit animals wait whose building the last look did not show where it should be: it is in the
+    hand, behind the arm, or lost.
+
     Args:
         scene: as for `FarmGame`.
         camera: likewise.
@@ -106,6 +109,7 @@ class LiveGame(FarmGame):
         self._before = HandBefore(perception or OraclePerception())
         self._until_look = LOOK_TICKS
         self._ends: FloatArray = np.empty((0, 2))  # while the routes are filled
+        self._waiting = np.zeros(len(scene.layout), dtype=bool)
         super().__init__(scene, camera, rng, layout, perception=self._before, **named)
         self._ends = self.believed.position.copy()
 
@@ -167,13 +171,18 @@ class LiveGame(FarmGame):
         if self._until_look <= 0:
             self._until_look = LOOK_TICKS
             self._before.hand = self.tabletop.hand
-            self.look()
+            named = self.look().identification.labels
+            missing = [label not in named for label in self.believed.labels]
+            self._waiting = missing & self.believed.movable & visible(self.believed, self.camera)
         self._glide()
+        if self._waiting.any():
+            self.flock.hold(self._waiting, TICK_S)
         self._run(TICK_S)
 
     def end_visit(self, camera: Camera | None = None) -> Sighting:
         """The hand has left: a last look, at all that is in view."""
         self._before.hand = None
+        self._waiting = np.zeros_like(self._waiting)
         return super().end_visit(camera)
 
     def _follow(self, changed: BoolArray) -> None:
@@ -185,7 +194,12 @@ class LiveGame(FarmGame):
 
     def state(self) -> dict[str, FloatArray | float]:
         """All that may change, by name."""
-        return {**super().state(), "path_ends": self._ends, "ticks_to_look": float(self._until_look)}
+        return {
+            **super().state(),
+            "path_ends": self._ends,
+            "waiting": self._waiting.astype(np.float64),
+            "ticks_to_look": float(self._until_look),
+        }
 
     def _gliding(self) -> bool:
         return bool(len(self._ends) and np.any(self._ends != self.believed.position))

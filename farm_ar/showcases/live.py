@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from farm_ar.drawing.video import write_mp4
+from farm_ar.game_logic.farm_game import FarmGame
 from farm_ar.game_logic.headset import gaze_target
 from farm_ar.game_logic.live import UPDATES
 from farm_ar.reid import REIDENTIFIERS
@@ -32,11 +33,13 @@ def play(script: Script, method: str, update: str, number: int = 0) -> Row:
         number: of the script.
 
     Returns:
-        A row: the share of labels right at the end, animals that went astray, seconds of standing still.
+        A row: the share of labels right at the end, animals that arrived anywhere while it was played, how
+        many of them went astray, seconds of standing still.
     """
     recorder = ScriptRecorder(replace(script, update=update), REIDENTIFIERS[method], make_pictures=None)
-    film = recorder.play()
     game = recorder.game
+    before = _arrived(game)
+    film = recorder.play()
     movable = int(game.scene.layout.movable.sum())
     return {
         "script": number,
@@ -44,6 +47,7 @@ def play(script: Script, method: str, update: str, number: int = 0) -> Row:
         "update": update,
         "accuracy": round(1 - game.tracker.belief.wrong_labels / movable, 4),
         "wrong_labels": game.tracker.belief.wrong_labels,
+        "arrived": _arrived(game) - before,
         "astray": game.miscounts,
         "interrupted_s": round(film.interrupted / FPS, 2),
     }
@@ -100,6 +104,11 @@ def show_live(out: Path, layouts: int, seed: int, film: bool, report: Report) ->
     return shown
 
 
+def _arrived(game: FarmGame) -> int:
+    """Animals so far that got somewhere: into a building, or to where none stands."""
+    return int((game.counters.counted + game.counters.stranded).sum())
+
+
 def _move(label: str, to: np.ndarray[tuple[int], np.dtype[np.float64]], turn: float = 0.0) -> ScriptedMove:
     return ScriptedMove(label, (float(to[0]), float(to[1])), None, turn, f"The hand moves {label}")
 
@@ -112,6 +121,7 @@ def _one(name: str, trial: Row) -> Row:
         "right labels": f"{trial['accuracy']:.0%}",
         "live less pause": "",
         "animals astray": str(trial["astray"]),
+        "of those that arrived": f"{trial['astray'] / max(trial['arrived'], 1):.1%}",
         "seconds interrupted": f"{trial['interrupted_s']:.1f}",
     }
 
@@ -127,5 +137,6 @@ def _summary(trials: list[Row], method: str, update: str) -> Row:
         "right labels": percent(right),
         "live less pause": points(right, column(rows["pause"], "accuracy")) if update == "live" else "",
         "animals astray": number(column(of, "astray"), 1),
+        "of those that arrived": percent(column(of, "astray") / np.maximum(column(of, "arrived"), 1)),
         "seconds interrupted": number(column(of, "interrupted_s"), 1),
     }

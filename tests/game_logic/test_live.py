@@ -69,6 +69,32 @@ def test_ends_glide_and_do_not_jump():
     assert np.allclose(game.believed.position[index], game.truth.position[index])
 
 
+def test_animals_whose_building_is_in_the_hand_wait_where_they_are_and_then_go_on():
+    game, held = game_of(LiveGame), FARM.layout.index("blue-coop")
+    other = FARM.layout.index("green-coop")
+    game.begin_visit(CAMERA)
+    places = {held: [], other: []}
+
+    def watch(table):
+        position, goal = game.flock.position, game.flock.goal
+        for label, seen in places.items():
+            seen.append(position[goal == label][:3].copy())
+
+    begin = game.counters.stranded.copy()
+    game.move(held, np.array([0.05, -0.1]), 0.0, watch)
+    middle = len(places[held]) // 2
+    assert np.array_equal(places[held][middle], places[held][middle + 5])
+    assert np.linalg.norm(places[other][middle + 5] - places[other][middle], axis=1).min() > 0.001
+    assert game.counters.stranded[held] == begin[held]
+    game.end_visit()
+    waiting = game.flock.position[game.flock.goal == held][0]
+    game.play(0.2)
+    assert np.linalg.norm(game.flock.position[game.flock.goal == held][0] - waiting) > 0.01
+    before = game.counters.counted[held]
+    game.play(6.0)
+    assert game.counters.counted[held] > before
+
+
 def test_no_animal_jumps_meanwhile():
     game = game_of(LiveGame)
     game.begin_visit(CAMERA)

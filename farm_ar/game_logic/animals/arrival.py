@@ -139,6 +139,26 @@ def foresee_routes(routes: Structs[Route], buildings: Structs[Footprint]) -> Non
 
 
 @compiled
+def hold(herd: Herd, waiting: BoolArray, seconds: float) -> None:
+    """Have animals on their way to some of the labels stand where they are for as long.
+
+    Args:
+        herd: the flock.
+        waiting: (M,) labels whose animals wait.
+        seconds: from now on.
+    """
+    clock = herd.clocks[0]
+    clock.next = np.inf
+    for i in range(clock.running):
+        due = herd.queue[i]
+        animal = herd.animals[due.slot]
+        if waiting[animal.goal]:
+            animal.start += seconds
+            due.time += seconds
+        clock.next = min(clock.next, due.time)
+
+
+@compiled
 def redirect(herd: Herd, goal_end: FloatArray, changed: BoolArray) -> bool:
     """Split off the rest of the curves that lead to labels now believed elsewhere, and move their ends.
 

@@ -150,6 +150,10 @@ class Flock:
         if arrival.redirect(self.herd, np.array(goal_end, order="C"), np.array(changed)):
             self.buildings = None
 
+    def hold(self, waiting: BoolArray, seconds: float) -> None:
+        """Have animals on their way to (M,) marked labels stand where they are for the next seconds."""
+        arrival.hold(self.herd, np.array(waiting, dtype=np.bool_), float(seconds))
+
     def play(
         self, seconds: float, position: FloatArray, yaw: FloatArray, size: FloatArray, obstacles: BoolArray
     ) -> Arrivals:
