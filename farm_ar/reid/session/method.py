@@ -40,7 +40,7 @@ from farm_ar.reid.session.state import (
     open_look,
 )
 from farm_ar.reid.session.tracks import Track, going_on, hints, with_tracks
-from farm_ar.scenes import Camera, Detections, Scene, Snapshot
+from farm_ar.scenes import Camera, Scene, Snapshot
 from farm_ar.scenes.files import degrees, read_json, write_text
 from farm_ar.scenes.kinds import radians
 
