@@ -127,8 +127,8 @@ class Walk:
         cameras = self.cameras(scene, walks, rng)
         batch = observe_many(every, cameras, self.detector, rng)
         if self.measured:
-            noise = measured_noise().for_sizes(scene.layout.size)
-            batch = disturbed(batch, len(scene.layout), noise, rng)
+            measured = measured_noise().for_sizes(scene.layout.size)
+            batch = disturbed(batch, len(scene.layout), measured, rng)
         error = wandering((3, *cameras.batch_shape), self.frames_per_second * self.drift_s, rng)
         seen = drifted(batch, error.reshape(3, -1) * [[self.drift_m], [self.drift_m], [self.drift_rad]])
         return Walked(moved, cameras, seen)

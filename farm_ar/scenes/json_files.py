@@ -290,10 +290,10 @@ def _uncertainty(reader: Reader, seen: Sequence[Values]) -> Uncertainty | None:
     try:
         return Uncertainty(**arrays)
     except SnapshotError as problem:
-        name, i = re.fullmatch(r"uncertainty\.(\w+?)\[(\d+)\]", problem.field).groups()  # type: ignore[union-attr]
+        name, place = re.fullmatch(r"uncertainty\.(\w+?)\[(\d+)\]", problem.field).groups()  # type: ignore[union-attr]
         field = "covariance" if name == "covariance" else "runner_up"
-        got = seen[int(i)][field]
-        raise reader.fail(("detections", int(i), field), problem.expected, np.asarray(got).tolist()) from None
+        got = np.asarray(seen[int(place)][field]).tolist()
+        raise reader.fail(("detections", int(place), field), problem.expected, got) from None
 
 
 def _uncertainty_to_dict(uncertainty: Uncertainty, i: int) -> dict[str, Any]:

@@ -308,7 +308,7 @@ class SnapshotBatch(Record):
                 array[b, : len(one)] = 0.0 if value is None else value
         camera = _stack_cameras([snapshot.camera for snapshot in snapshots])
         uncertainty = _stack_uncertainties([one.uncertainty for one in seen], shape)
-        return cls(camera, count, categories, category, uncertainty=uncertainty, **poses)
+        return cls(camera, count, categories, category, truth=None, uncertainty=uncertainty, **poses)
 
 
 def _stack_uncertainties(every: Sequence[Uncertainty | None], shape: tuple[int, int]) -> Uncertainty | None:
@@ -317,8 +317,9 @@ def _stack_uncertainties(every: Sequence[Uncertainty | None], shape: tuple[int, 
         return None
     arrays = {name: np.array(value) for name, value in vars(Uncertainty.unknown(*shape)).items()}
     for b, one in enumerate(every):
-        for name, array in arrays.items() if one is not None else ():
-            array[b, : len(one)] = getattr(one, name)
+        if one is not None:
+            for name, array in arrays.items():
+                array[b, : len(one)] = getattr(one, name)
     return Uncertainty(**arrays)
 
 

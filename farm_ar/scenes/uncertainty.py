@@ -72,7 +72,7 @@ class Uncertainty(Record):
             raise SnapshotError(f"uncertainty.{name}{place}", expected, value)
 
     def __len__(self) -> int:
-        return self.visible.shape[-1]
+        return int(self.visible.shape[-1])
 
     @classmethod
     def unknown(cls, *shape: int) -> Uncertainty:

@@ -191,7 +191,9 @@ def disturbed(
     order = np.argsort(angle, axis=1, kind="stable")
     values = {name: getattr(batch, name) for name in ("category", "size", "elevation", "truth", "tilt")}
     values |= {"position": position, "yaw": wrap(batch.yaw + error[..., 2])}
-    taken = {name: None if value is None else value[rows, order] for name, value in values.items()}
+    taken: dict[str, Any] = {
+        name: None if value is None else value[rows, order] for name, value in values.items()
+    }
     known = noise.uncertainty(taken["position"] - batch.camera.position[:, None], taken["yaw"])
     return replace(batch, count=there.sum(axis=1), uncertainty=known, **taken)
 

@@ -152,7 +152,7 @@ def turn_with_errors(kappa: float, fold: int, pairs: Pairs, p: int) -> float:
     weight = pairs.errors.rival_weight[p]
     one = math.exp(kappa * (folded(pairs.turn[p], fold) - 1.0))
     other = math.exp(kappa * (folded(pairs.errors.rival_turn[p], fold) - 1.0))
-    return top * ((1.0 - weight) * one + weight * other)
+    return float(top * ((1.0 - weight) * one + weight * other))
 
 
 @_compile
