@@ -230,7 +230,7 @@ def test_experiments_and_the_benchmark_give_the_same_files_on_a_cluster(machines
     there = ["--executor", "ray", "--address", machines.address]
     commands = {
         "reproduce": ["fig7", "--quick", "--layouts", 1],
-        "benchmark": ["spatial", "--quick", "--rows", "players-4"],
+        "benchmark": ["spatial", "--quick", "--rows", "players-4s"],
     }
     for command, words in commands.items():
         for name, more in (("cluster", there), ("here", ["--executor", "serial"])):

@@ -92,7 +92,7 @@ class Page:
         truth = self.game.world.truth
         return tuple(truth.position[truth.index(label)].tolist())
 
-    def until(self, condition: Callable[[], bool], seconds: float = 20.0) -> None:
+    def until(self, condition: Callable[[], bool], seconds: float = 60.0) -> None:
         end = time.monotonic() + seconds
         while not condition():
             assert time.monotonic() < end, self.wrong
