@@ -8,7 +8,7 @@
 An id is learnt with `reward="shaped"` (`--reward` names another), and scored as it is: the share of the
 way from the random policy's return (0) to the best known one (1), over `--episodes` test episodes after
 training. Where a batch can be had (`--batch`, with `carry="lift"` in training) training takes place in
-it. Each run leaves a folder that `farm-ar plot` reads.
+it. Each run leaves a folder that `farm-ar plot` reads, with the model in it.
 """
 
 import argparse
@@ -35,6 +35,9 @@ IDS = [
 ]
 SCORED = {"play_seconds": 0.0, "animals_a_second": 0.0}
 """What is left out as it changes no return."""
+
+MODEL = "model.zip"
+"""The learner, in its run's folder."""
 
 ROLLOUT = 2048
 """Steps between updates, PPO's default, of all environments together."""
@@ -89,6 +92,7 @@ def learn(env_id: str, seed: int, asked: argparse.Namespace) -> float:
         seconds = time.monotonic() - began
         print(f"{env_id} seed {seed}: {model.num_timesteps} steps, {mean:.3f}, {seconds:.0f} s", flush=True)
     envs.close()
+    model.save(folder.path / MODEL)
     return mean
 
 

@@ -20,7 +20,9 @@ ABOUT_RETURNS = """
 Mean returns and their standard errors over the first episodes of `farm_ar.envs.references.TEST_SEEDS`
 (seeds from 10 million on; train on lower ones, `TRAINING_SEEDS`): 200 of each policy, 50 of
 `exhaustive`, which tries every choice of an episode of one step and is a bound rather than a policy.
-`steered` carries out the analytic policy's plan with a steered hand. `reward_threshold` is 80% of the
+`steered` carries out the analytic policy's plan with a steered hand; `farm-displacement` comes with
+farm-ar; `ppo` is what Stable-Baselines3's PPO learns with its defaults in a batch of 32
+(`benchmarks/plain_ppo.py --seeds 1 --steps 200000`). `reward_threshold` is 80% of the
 way from random to the best of a row. `python benchmarks/reference_returns.py` makes them,
 `reference_returns(id)` gives them. A black-box id has those of the id without the word.
 """.strip()

@@ -13,6 +13,7 @@ from farm_ar.envs.references import TEST_SEEDS, TRAINING_SEEDS, best_known, refe
 from farm_ar.errors import OptionError
 
 SCRIPT = Path(__file__).parents[2] / "benchmarks" / "reference_returns.py"
+LEARNING = SCRIPT.with_name("plain_ppo.py")
 IDS = [name for name, spec in gym.registry.items() if spec.entry_point == "farm_ar.envs:make_farm_to_table"]
 
 
@@ -51,3 +52,24 @@ def test_the_script_writes_means_over_the_first_test_seeds(tmp_path, monkeypatch
     assert found["greedy"]["mean"] == pytest.approx(np.mean(returns), abs=6e-4)
     assert found["greedy"]["standard_error"] == pytest.approx(np.std(returns, ddof=1) / 2, abs=6e-4)
     assert found["exhaustive"]["mean"] >= max(found[one]["mean"] for one in ("greedy", "analytic", "random"))
+
+
+def test_what_plain_ppo_learns_is_among_the_reference_returns(tmp_path, monkeypatch, capsys):
+    stable_baselines3 = pytest.importorskip("stable_baselines3", reason="pip install '.[train]'")
+    name, models, path = "SceneLayout-v0", tmp_path / "models", tmp_path / "returns.json"
+    asked = ["--steps", "2500", "--seeds", "1", "--evaluations", "1", "--episodes", "2"]
+    learning = [str(LEARNING), "--ids", name, *asked, "--out", str(models)]
+    monkeypatch.setattr("sys.argv", learning)
+    runpy.run_path(str(LEARNING), run_name="__main__")
+    assert f"{name} seed 0: 4096 steps" in capsys.readouterr().out
+    arguments = ["--ids", name, "--episodes", "4", "--out", str(path)]
+    for models_given in (["--models", str(models)], ["--policies", "random"]):  # then it stays in the file
+        monkeypatch.setattr("sys.argv", [str(SCRIPT), *arguments, *models_given])
+        runpy.run_path(str(SCRIPT), run_name="__main__")
+        found = json.loads(path.read_text(encoding="utf-8"))["ids"][name]["returns"]
+        model = stable_baselines3.PPO.load(models / name / "seed-0" / "model.zip", device="cpu")
+        env, returns = gym.make(name), []
+        for seed in range(10_000_000, 10_000_004):
+            observation, _ = env.reset(seed=seed)
+            returns.append(env.step(model.predict(observation, deterministic=True)[0])[1])
+        assert found["ppo"]["mean"] == pytest.approx(np.mean(returns), abs=6e-4)

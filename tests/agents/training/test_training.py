@@ -68,6 +68,20 @@ def test_processes_and_what_is_shown_change_nothing(tiny, tmp_path, capsys, monk
     assert shown in capsys.readouterr().err
 
 
+def test_steps_that_are_no_whole_rollouts_are_rounded_up_and_a_line_says_so(
+    tiny, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setenv("FORCE_COLOR", "")
+    assert train(tiny(n_timesteps=40), tmp_path, progress=True).num_timesteps == 64
+    told = capsys.readouterr().err
+    assert "Training for 64 steps\n40 steps are rounded up to 64, which are whole rollouts\n" in told
+    assert "64 of 64 steps" in told
+    assert train(tiny(), tmp_path, resume=True, steps=96, progress=True).num_timesteps == 96
+    told = capsys.readouterr().err
+    assert "rounded" not in told
+    assert "96 of 96 steps" in told
+
+
 def test_another_seed_learns_something_else(tiny, tmp_path):
     run = tiny(n_timesteps=32)
     first = train(run, tmp_path / "first")
