@@ -46,7 +46,7 @@ class Assurance(Record):
         confidence: (N,) probability of each answer, where the label is None that of "none of these".
         probability: (N, C + 1) probability of each candidate and, last, of none of these.
         gone: (C,) probability that the candidate's object is gone.
-        certified: how far things may have moved for the answer to be proven right.
+        certified: how far things may have moved for the answer to be proven right, or what works that out.
         warnings: what makes these less than reliable.
 
     Raises:
@@ -58,7 +58,7 @@ class Assurance(Record):
     confidence: FloatArray = None  # type: ignore[assignment]
     probability: FloatArray | None = None
     gone: FloatArray | None = None
-    certified: Certificate | None = None
+    certified: Certificate | Callable[[], Certificate | None] | None = None
     warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -66,6 +66,14 @@ class Assurance(Record):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, read_only(getattr(self, name), np.float64))
         object.__setattr__(self, "warnings", tuple(self.warnings))
+
+    def __reduce__(self) -> tuple[type, tuple[object, ...]]:
+        kind, values = super().__reduce__()
+        return kind, (*values[:-2], self.proven(), self.warnings)
+
+    def proven(self) -> Certificate | None:
+        """How far things may have moved for the answer to be proven right."""
+        return self.certified() if callable(self.certified) else self.certified
 
     def filled(self, detections: int) -> Assurance:
         """The same with NaN, or None, per detection for what is not known."""
@@ -163,10 +171,10 @@ class Identification(Record):
         """(C,) probability that each candidate's object is gone; or None."""
         return self._assured.gone
 
-    @property
+    @cached_property
     def certified(self) -> Certificate | None:
         """How far things may have moved for the answer to be proven right; None where no theorem applies."""
-        return self._assured.certified
+        return self._assured.proven()
 
     @property
     def warnings(self) -> tuple[str, ...]:

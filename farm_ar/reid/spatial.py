@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray, read_only
-from farm_ar.reid.answers import Assurance, Identification, IdentificationBatch
+from farm_ar.reid.answers import Assurance, Certificate, Identification, IdentificationBatch
 from farm_ar.reid.assignment import (
     UNASSIGNED,
     Answer,
@@ -192,10 +192,22 @@ class SpatialReid(Reidentifier):
         column: IntArray,
         names: tuple[str, ...],
     ) -> Assurance:
-        """Margins and certificate of an answer, computed when first asked for, since few ask."""
+        """Margins of an answer, computed when first asked for, since few ask; its certificate likewise."""
+        margin, other = margins()
+        runner_up = tuple([None if j == UNASSIGNED else names[j] for j in other.tolist()])
+        higher = self.costs.heights_count(seen)  # of which the proof knows nothing
+        if self.costs.by_world or higher:  # the world's boxes change as an object turns
+            return Assurance(margin, runner_up, warnings=(HEIGHTS_COUNT,) if higher else ())
+        return Assurance(
+            margin, runner_up, certified=partial(self._proof, seen, category, candidates, column)
+        )
+
+    def _proof(
+        self, seen: Detections, category: list[int], candidates: IntArray | None, column: IntArray
+    ) -> Certificate | None:
+        """The certificate of an answer."""
         from farm_ar.reid.certificates import Choices, PoseMetric, certificate
 
-        margin, other = margins()
         m = len(self.scene.layout)
         offered = np.ones(m, dtype=bool)
         given = column
@@ -205,18 +217,13 @@ class SpatialReid(Reidentifier):
         possible = np.ones((len(seen), m), dtype=bool)
         if self.options.gate_categories:
             possible = ~self.costs.forbidden(category, None)
-        certified = None
-        higher = self.costs.heights_count(seen)  # of which the proof knows nothing
-        if not self.costs.by_world and not higher:  # the world's boxes change as an object turns
-            certified = certificate(
-                seen,
-                self.scene.layout,
-                given.tolist(),
-                PoseMetric(self.costs.diagonal, self.costs.translation_weight, self.costs.rotation_weight),
-                Choices(np.broadcast_to(self.costs.dimension(seen), possible.shape), possible, offered),
-            )
-        runner_up = tuple([None if j == UNASSIGNED else names[j] for j in other.tolist()])
-        return Assurance(margin, runner_up, certified=certified, warnings=(HEIGHTS_COUNT,) if higher else ())
+        return certificate(
+            seen,
+            self.scene.layout,
+            given.tolist(),
+            PoseMetric(self.costs.diagonal, self.costs.translation_weight, self.costs.rotation_weight),
+            Choices(np.broadcast_to(self.costs.dimension(seen), possible.shape), possible, offered),
+        )
 
     def identify_many(self, batch: SnapshotBatch, margins: bool = False) -> IdentificationBatch:
         """The labels of the detections of many snapshots, by one compiled kernel, on all processors.

@@ -1,5 +1,6 @@
 import pickle
 from dataclasses import FrozenInstanceError
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,10 +15,11 @@ from farm_ar.reid import (
     SpatialReid,
     alternatives,
     as_reidentifier,
+    certificates,
     explain,
     track,
 )
-from farm_ar.scenes import builtin_scene, observe_many
+from farm_ar.scenes import Camera, FieldOfView, builtin_scene, observe, observe_many
 
 
 def test_costs_are_not_known_unless_given() -> None:
@@ -204,3 +206,27 @@ def test_many_answers_have_a_label_of_the_scene_for_each_detection(labels, told)
     assert batch.count.any()
     with pytest.raises(SnapshotError, match=told):
         Careless(scene).identify_many(batch)
+
+
+def test_a_certificate_is_worked_out_when_it_is_asked_for_and_is_in_a_pickle(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    proofs = list[Any]()
+    usual = certificates.certificate
+
+    def counted(*given: Any) -> Certificate | None:
+        proofs.append(given)
+        return usual(*given)
+
+    monkeypatch.setattr(certificates, "certificate", counted)
+    scene = builtin_scene("lab")
+    snapshot, _ = observe(
+        scene.layout, Camera(np.array([3.0, 2.5]), np.asarray(0.0), FieldOfView(np.pi, np.pi, 100.0))
+    )
+    answer = SpatialReid(scene).identify(snapshot)
+    assert np.isfinite(answer.margin).all()
+    assert not proofs
+    copied = pickle.loads(pickle.dumps(answer))
+    assert copied.certified == answer.certified
+    assert answer.certified is not None
+    assert len(proofs) <= 2
