@@ -202,16 +202,17 @@ def as_in_a_file(state: State) -> State:
 def canonical(snapshot: Snapshot) -> Snapshot:
     """A snapshot as it comes back from a file."""
     seen = snapshot.detections
-    if seen.tilt is None and isfinite(seen.position.sum()) and not any(seen.broken or ()):
+    plain = seen.tilt is None and seen.uncertainty is None and not any(seen.broken or ())
+    if plain and isfinite(seen.position.sum()):
         return _rounded(snapshot)
     return from_file(snapshot)
 
 
 def _rounded(snapshot: Snapshot) -> Snapshot:
-    """`from_file` of a snapshot in which all stands upright and no pose is broken: only angles change."""
+    """`from_file` of a snapshot in which all stands upright, of known poses: only angles change."""
     seen, camera = snapshot.detections, snapshot.camera
     yaw = [_rounded_angle(angle) for angle in seen.yaw.tolist()]
-    unsure = {"broken": (None,) * len(seen), "uncertainty": None}
+    angles = {"yaw": np.array(yaw, dtype=np.float64), "broken": (None,) * len(seen)}
     return Snapshot.trusted(
         camera=Camera.trusted(
             position=camera.position,
@@ -220,7 +221,7 @@ def _rounded(snapshot: Snapshot) -> Snapshot:
             height=camera.height,
             pitch=np.asarray(_rounded_angle(camera.pitch.item())),
         ),
-        detections=Detections.trusted(**vars(seen) | unsure | {"yaw": np.array(yaw, dtype=np.float64)}),
+        detections=Detections.trusted(**vars(seen) | angles),
         timestamp=snapshot.timestamp,
         world=OURS,
         assumed=(),
