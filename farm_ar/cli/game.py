@@ -95,9 +95,13 @@ def play(
         bool, typer.Option("--terminal", help="Type the moves, in place of the page; --gaze, --out, --save.")
     ] = False,
     port: Annotated[
-        int,
-        typer.Option(metavar="N", parser=whole(0, 65535), help="The page's port; 0 for any that is free."),
-    ] = 0,
+        int | None,
+        typer.Option(
+            metavar="N",
+            parser=whole(0, 65535),
+            help="Serve the page on this port, also without a display; 0 for any that is free.",
+        ),
+    ] = None,
     lan: Annotated[
         bool,
         typer.Option("--lan", help="Serve the page to the local network, too, with TLS and a token."),
@@ -115,12 +119,19 @@ def play(
     another?
     """
     from farm_ar.cli.page import can_show_page, serve_page
+    from farm_ar.envs.window import has_display
+    from farm_ar.errors import OptionError
 
-    if lan and not terminal:
-        serve_page(seed, reid, port, lan=True, gallery=gallery, show=False)
+    asked = {"--lan": lan, "--port": port is not None, "--gallery": gallery is not None}
+    if page := [name for name, given in asked.items() if given]:
+        for other, value in (("--terminal", terminal), ("--save", save)):
+            if value:
+                raise OptionError(other, f"must not be given with {page[0]}, which is the page's", str(value))
+        show = not lan and _at_a_terminal() and has_display()
+        serve_page(seed, reid, port or 0, lan=lan, gallery=gallery, show=show)
         return
     if not terminal and save is None and _at_a_terminal() and can_show_page():
-        serve_page(seed, reid, port, gallery=gallery)
+        serve_page(seed, reid, 0)
         return
     from farm_ar.cli.options import check_file, make_folder, writing
     from farm_ar.cli.output import print_line

@@ -21,7 +21,9 @@ def can_show_page() -> bool:
         print_line("To play on a page instead: pip install 'farm-ar[web]'")
         return False
     if not has_display():
-        print_line("There is no display for the page, so type the moves")
+        print_line(
+            "There is no display for the page, so type the moves; to serve it nevertheless: --port 8000"
+        )
         return False
     return True
 
@@ -64,6 +66,10 @@ def serve_page(
 
     def announce() -> None:
         print_line(f"Play at {link} (Ctrl-C ends it)")
+        if not lan and not show:
+            print_line(
+                f"From another machine: ssh -L {where}:127.0.0.1:{where} HOST, then open the same there"
+            )
         if tls is not None:
             print_line(f"Certificate: {tls.certificate}, SHA-256 {tls.pin}")
             typer.echo(qr_code(link))

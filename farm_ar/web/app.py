@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import logging
 import secrets
 from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import asynccontextmanager, suppress
@@ -39,6 +40,8 @@ PAGES = {
     "style.css": ("style.css", "text/css"),
 }
 
+_LOG = logging.getLogger(__name__)
+
 MOST_GAMES, KEPT_S, BEHIND = 32, 600.0, 8
 """Games at once; how long one without anybody is kept, seconds; messages that a slow viewer may lack."""
 
@@ -49,6 +52,9 @@ LONGEST_NAME, SOONEST_S = 32, 0.2
 """Letters of a game's name; seconds from one new game to the next."""
 
 SEED_DIGITS = 10
+
+ASKS_TRUTH = '{"do":"truth"}'
+"""What every page may send, also one that watches."""
 
 MOST_MESSAGE = 4096
 """Characters of what a page may send at once."""
@@ -63,6 +69,7 @@ class Table:
         game: the game.
         began: when the game began, seconds of the loop's clock.
         empty_since: since when nobody is there.
+        failed: a game that cannot go on.
     """
 
     name: str
@@ -72,6 +79,7 @@ class Table:
     clock: asyncio.Task[None] | None = None
     began: float = 0.0
     empty_since: float = 0.0
+    failed: Game | None = None
 
     def tell(self, message: str) -> None:
         """Have everybody get a moment of the game; one encoding for all. Who lags misses some."""
@@ -83,7 +91,7 @@ class Table:
         loop, step = asyncio.get_running_loop(), 1 / STEPS_PER_SECOND
         due = loop.time()
         while self.viewers:
-            self.game.step()
+            self._step()
             while (news := self.game.news()) is not None:
                 said = _encoded(news)
                 for queue in self.viewers.values():
@@ -92,6 +100,20 @@ class Table:
             due = max(due + step, loop.time() - step)  # what was missed is not caught up with
             await asyncio.sleep(max(0.0, due - loop.time()))
         self.empty_since = loop.time()
+
+    def _step(self) -> None:
+        """Let the game go on; one that fails stands still, and a new one can be begun."""
+        if self.game is self.failed:
+            return
+        try:
+            self.game.step()
+        except Exception:
+            _LOG.exception("game %s cannot go on", self.name)
+            self.failed = self.game
+            reason = (
+                "This game cannot go on, an error of farm-ar: see what the server printed. Begin a new one."
+            )
+            self.game.tell({"kind": "refused", "reason": reason})
 
 
 def make_web_app(
@@ -139,6 +161,8 @@ def make_web_app(
     def game_of(name: str) -> Game:
         if name not in tables:
             raise OptionError("game", "must be one that somebody plays", name)
+        if tables[name].game.round.secret:
+            raise OptionError("game", "must be one in which nothing is to be guessed now", name)
         return tables[name].game
 
     @app.get("/games/{name}/trace")
@@ -239,7 +263,9 @@ async def _attend(table: Table, socket: WebSocket) -> None:
     try:
         while True:
             text = await socket.receive_text()
-            if socket is table.player:
+            if text == ASKS_TRUTH:
+                _put(queue, _encoded(table.game.truth()), BEHIND)
+            elif socket is table.player:
                 _obey(table, text, queue)
             await asyncio.sleep(0)  # others have their turn, however many messages wait
     except (WebSocketDisconnect, RuntimeError, KeyError):

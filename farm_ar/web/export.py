@@ -1,4 +1,4 @@
-"""The page as files that any host serves: it shows recordings and needs no server."""
+"""The page as files that any host serves: it shows recordings, plays by itself, and needs no server."""
 
 from __future__ import annotations
 
@@ -8,12 +8,48 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from farm_ar.errors import OptionError
 from farm_ar.rendering.models import MODELS
 from farm_ar.scenes.files import whole_file
+from farm_ar.web.adversary import exchange_plan
 from farm_ar.web.gallery import Failures, cards_of, recorded_failure, shipped_gallery
+from farm_ar.web.game import Game
 from farm_ar.web.recordings import demonstrations, recorded_script, recorded_trace
 from farm_ar.web.telling import Json
+
+STARTS = 12
+"""How many tables the page can begin with."""
+
+
+def start_of(seed: int) -> Json:
+    """What a page needs to play by itself from the start that a seed gives, as `web/src/engine.js` says."""
+    game = Game(seed)
+    scene, camera = game.world.scene.knowing(game.world.truth), game.world.camera
+    plan, weights = exchange_plan(scene, camera), scene.cost_weights
+    return {
+        "hello": game.hello(),
+        "state": {
+            **game.state(),
+            "believed": np.column_stack([scene.layout.position, scene.layout.yaw]).tolist(),
+            "animals": [],
+            "arrived": 0,
+            "astray": 0,
+        },
+        "eye": {
+            "x": float(camera.position[0]),
+            "z": float(camera.position[1]),
+            "yaw": float(camera.yaw),
+            "left": camera.fov.left,
+            "right": camera.fov.right,
+            "range": camera.fov.range_m,
+        },
+        "weights": {"translation": weights.translation, "rotation": weights.rotation},
+        "rest": game.rest.tolist(),
+        "plan": [list(one) for one in plan.carries],
+        "pair": sorted({scene.layout.labels[one.thing] for one in plan.carries}),
+    }
 
 
 def export(
@@ -66,6 +102,7 @@ def export(
     for done, (name, failure) in enumerate(zip(cards, failures, strict=True), start=len(titles) + 1):
         write_json(f"recordings/{name}.json", recorded_failure(failure))
         report(done / works)
+    write_json("play.json", {"starts": [start_of(seed) for seed in range(STARTS)]})
     write_json("recordings.json", {"recordings": titles, "gallery": cards})
     static = files("farm_ar.web") / "static"
     page = (static / "index.html").read_text(encoding="utf-8")

@@ -140,7 +140,6 @@ def _answers(again: Replayed) -> Json:
     return {
         "kind": "snapshot",
         "number": 1,
-        "accuracy": sum(right) / len(right),
         "detections": [
             {
                 "object": -1 if true is None else layout.index(true),

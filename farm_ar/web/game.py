@@ -24,7 +24,7 @@ from farm_ar.reid import REIDENTIFIERS, reid_factory
 from farm_ar.scenes import Layout
 from farm_ar.web.pointer import STEPS_PER_SECOND, Pointer
 from farm_ar.web.rounds import FREE, MODES, new_round
-from farm_ar.web.telling import Json, told_answers, told_moment, told_scene
+from farm_ar.web.telling import Handles, Json, told_answers, told_moment, told_scene, true_labels
 
 CM = 100.0
 
@@ -60,8 +60,10 @@ class Game:
         gaze: where the headset looks, one of `GAZES`.
         beside: a second method that is asked too, "" for none.
         mode: what is played, one of `MODES`.
+        rng: that draws what pages call objects; one that nobody can foresee by default.
 
     Attributes:
+        handles: what pages call objects.
         effort_cm: what the visits before this one moved: the straight ways of all buildings, and for a turn
             of angle a the scene's diagonal x sin(a / 2), the price that the paper's method gives it.
         par_cm: what no one can fool the method with less than in one visit; None where that is not known.
@@ -78,6 +80,8 @@ class Game:
         gaze: str = "all",
         beside: str = "",
         mode: str = FREE,
+        *,
+        rng: np.random.Generator | None = None,
     ) -> None:
         known_name("reid", reid, METHODS)
         known_name("mode", mode, MODES)
@@ -100,6 +104,7 @@ class Game:
         self._camera = look_at(np.array(eye), np.array(target), field_of_view("photo"), height)
         self.rest = np.array(eye) + RESTS * (np.array(target) - eye)
         self.restart()
+        self.handles = Handles(self.world.truth, rng or np.random.default_rng())
         self.round = new_round(mode, self)
 
     def restart(self) -> None:
@@ -192,11 +197,17 @@ class Game:
         }
 
     def state(self) -> Json:
-        """What may have changed, as JSON values: metres and radians, rounded to what can be seen."""
+        """What may have changed, as JSON values: metres and radians, rounded to what can be seen.
+
+        What is unseen stands as it is believed to; what is really what is not in it.
+        """
+        moment = self.world.render_state()
+        if self.round.unseen:
+            moment = replace(moment, truth=moment.believed, hand=None)
         return {
             "kind": "state",
             "step": self.steps,
-            **told_moment(self.world.render_state()),
+            **told_moment(moment, self.handles),
             "effort_cm": round(self.effort_cm + self._visit_cm, 2),
             "visit_cm": round(self._visit_cm, 2),
             "par_cm": self.par_cm,
@@ -204,6 +215,13 @@ class Game:
             "over": self.over,
             **self.round.moment(),
         }
+
+    def truth(self) -> Json:
+        """What the last snapshot's detections really are, and the labels that are wrong, by number."""
+        sightings, belief = self.world.sightings, self.world.tracker.belief
+        labels = true_labels(sightings[-1], self.world.truth.labels) if sightings else []
+        wrong = np.flatnonzero(belief.wrong).tolist()
+        return {"kind": "truth", "number": len(sightings), "labels": labels, "wrong": wrong}
 
     def news(self) -> Json | None:
         """What happened, as JSON values, once each; None where there is nothing new.
@@ -213,27 +231,32 @@ class Game:
         """
         return self._news.popleft() if self._news else None
 
-    def tell_round(self) -> None:
-        """Have the pages get to know how the round stands."""
-        self._news.append(self.round.told())
+    def tell(self, news: Json) -> None:
+        """Have the pages get to know something."""
+        self._news.append(news)
+
+    def play_freely(self) -> None:
+        """Have everything stand as at the beginning, and the player play."""
+        self.restart()
+        self.round = new_round(FREE, self)
+        self.tell(self.round.told())
 
     def _looked(self, knew: Layout) -> None:
         """The headset has looked, when it believed everything to be as in a layout."""
         world, names = self.world, self.world.truth.labels
         sighting, number = world.sightings[-1], len(world.sightings)
-        news = told_answers(sighting, names, number)
-        news["wrong_labels"] = world.tracker.belief.wrong_labels
-        news["visit_cm"] = round(self._visit_cm, 2)
+        news = told_answers(sighting, names, number, self.handles)
+        cm = news["visit_cm"] = round(self._visit_cm, 2)
         if self.beside is not None:
             reid = reid_factory(self.beside)(world.scene.knowing(knew))
             other = replace(sighting, identification=reid.identify(sighting.snapshot))
-            detections = told_answers(other, names, number)["detections"]
+            detections = told_answers(other, names, number, self.handles)["detections"]
             news["beside"] = {"reid": self.beside, "detections": detections}
         self.effort_cm += self._visit_cm
         self._stood, self._visit_cm = world.truth, 0.0
         self.par_cm = self._least_cm()
-        self._news.append(news)
-        self.round.looked(news)
+        self.tell(news)
+        self.round.looked(cm)
 
     def trace(self) -> Json:
         """The game so far as JSON values, for `farm-ar replay`."""

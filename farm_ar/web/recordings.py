@@ -69,7 +69,6 @@ class _Collector:
         return {
             "kind": "snapshot",
             "number": rows[0]["visit"],
-            "accuracy": sum(row["given"] == row["truth"] for row in rows) / len(rows),
             "detections": [
                 {
                     "object": -1 if row["truth"] is None else self._layout.index(str(row["truth"])),

@@ -91,6 +91,32 @@ def test_without_a_terminal_it_says_why_there_is_no_page_unless_none_was_asked_f
     assert play(["end"], "--terminal").stderr == ""
 
 
+@pytest.mark.parametrize("option", [["--port", "0"], ["--port", "8123"], ["--gallery", "here"], ["--lan"]])
+def test_who_asks_for_the_page_gets_it_without_a_display_or_a_terminal(play, monkeypatch, option):
+    asked = []
+    monkeypatch.setattr(
+        "farm_ar.cli.page.serve_page", lambda *values, **options: asked.append((values, options))
+    )
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    assert play([], *option).exit_code == 0
+    ((values, options),) = asked
+    assert values == (0, "spatial", int(option[1]) if option[0] == "--port" else 0)
+    assert (options["lan"], options["show"]) == (option[0] == "--lan", False)
+    for other in (["--terminal"], ["--save", "moves.toml"]):
+        result = play([], *option, *other)
+        assert result.exit_code == 2
+        assert result.stderr.startswith(f"OptionError: {other[0]}: must not be given with {option[0]}")
+    assert len(asked) == 1
+
+
+def test_without_a_display_it_says_how_to_serve_the_page_nevertheless(play, monkeypatch):
+    monkeypatch.setattr("farm_ar.cli.game._at_a_terminal", lambda: True)
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    assert "--port 8000" in play(["end"]).output
+
+
 def test_a_scene_without_a_shed_is_one_line_and_exit_code_2(play):
     result = play([], "--scene", "L1", "--gaze", "sweep")
     assert result.exit_code == 2

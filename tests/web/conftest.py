@@ -63,7 +63,10 @@ class Page:
         self, browser: Any, link: str, app: Any, scripts: Sequence[str] = (), **context: Any
     ) -> None:
         context.setdefault("viewport", {"width": 900, "height": 560})
+        shown = context.pop("shown", True)
         self.context = browser.new_context(**context)
+        if shown:
+            self.context.add_init_script(script="localStorage.setItem('shown', 'yes')")
         for script in scripts:
             self.context.add_init_script(script=script)
         self.page = self.context.new_page()
@@ -126,6 +129,7 @@ def packages(tmp_path_factory) -> Path:
         pytest.skip("there is no npm")
     web = tmp_path_factory.mktemp("page") / "web"
     shutil.copytree(ROOT / "web", web, ignore=shutil.ignore_patterns("node_modules"))
+    shutil.copytree(ROOT / "clients" / "js", web.parent / "clients" / "js")
     got = subprocess.run(["npm", "ci"], cwd=web, capture_output=True, text=True, check=False)
     if got.returncode:
         pytest.skip(f"npm ci: {got.stderr[-300:]}")

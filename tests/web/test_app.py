@@ -92,6 +92,43 @@ def test_a_trace_saved_while_the_game_is_played_plays_again(client):
     assert client.get("/games/other/trace").status_code == 404
 
 
+def test_a_trace_does_not_give_away_what_is_to_be_guessed(client):
+    with client.websocket_connect(f"{SOCKETS}/games/mine?mode=guess") as page:
+        hello(page)
+        page.send_text(json.dumps({"do": "rearrange"}))
+        assert said(page, "round")["stage"] == "moving"
+        for what in ("trace", "recording"):
+            reply = client.get(f"/games/mine/{what}")
+            assert (reply.status_code, "guessed" in reply.text) == (404, True)
+
+
+def test_who_watches_may_ask_what_is_true_but_not_play(client):
+    with client.websocket_connect(f"{SOCKETS}/games/mine") as page:
+        hello(page)
+        with client.websocket_connect(f"{SOCKETS}/games/mine") as other:
+            assert hello(other)["role"] == "viewer"
+            other.send_text(json.dumps({"x": 0.6, "z": 0.3}))
+            other.send_text('{"do":"truth"}')
+            assert said(other, "truth")["number"] == 0
+        assert client.app.state.tables["mine"].game.pointer.away
+
+
+def test_a_game_that_fails_stands_still_and_a_new_one_can_be_begun(client, monkeypatch):
+    def fails(game):
+        raise ValueError("broken")
+
+    with client.websocket_connect(f"{SOCKETS}/games/mine") as page:
+        hello(page)
+        step = said(page, "state")["step"]
+        monkeypatch.setattr(client.app.state.tables["mine"].game, "step", fails.__get__(None, object))
+        assert "cannot go on" in said(page, "refused")["reason"]
+        asyncio.run(asyncio.sleep(pages.SOONEST_S))
+        page.send_text(json.dumps({"do": "new", "seed": 1}))
+        assert hello(page)["seed"] == 1
+        assert said(page, "state")["step"] <= step + 10
+        assert said(page, "state")["step"] >= 1
+
+
 def test_a_trace_is_that_of_when_it_was_asked_for():
     game = Game()
     game.step()

@@ -8,6 +8,7 @@ import pytest
 
 from farm_ar.envs import FarmToTableEnv, first_difference
 from farm_ar.errors import OptionError
+from farm_ar.web import rounds
 from farm_ar.web.adversary import PLANNED, TRAINED, adversary_plan
 from farm_ar.web.game import Game
 from farm_ar.web.pointer import STEPS_PER_SECOND, Pointer
@@ -71,7 +72,7 @@ def test_the_adversary_does_what_it_has_planned_and_the_headset_waits_for_the_gu
 
 @pytest.mark.parametrize(
     "labels",
-    [None, [], {"99": "red-coop"}, {"1": "no-coop"}, {"1": 3}, {"1": ["red-coop"]}, {"10": "shed"}],
+    [None, [], {}, {"99": "red-coop"}, {"1": "no-coop"}, {"1": 3}, {"1": ["red-coop"]}, {"10": "shed"}],
 )
 def test_a_guess_that_is_none_is_refused(rearranged, labels) -> None:
     with pytest.raises(OptionError, match="labels"):
@@ -91,9 +92,14 @@ def test_guess_and_answers_are_scored_and_then_the_same_table_is_the_players() -
     game.obey({"do": "rearrange"})
     until(game, "guess")
     names = stood.labels
-    seen = game.round.told()["in_view"]
+    numbers = game.round.told()["in_view"]
+    seen = game.handles.object_of[numbers].tolist()
+    poses = np.column_stack([game.world.truth.position, game.world.truth.yaw]).round(4).tolist()
+    assert [game.state()["objects"][n] for n in numbers] == [poses[i] for i in seen]
     wrong = {seen[0]: names[seen[1]]}
-    guess = {str(i): wrong.get(i, names[i]) for i in seen[:-1]}  # one wrong, one not named
+    guess = {
+        str(n): wrong.get(i, names[i]) for n, i in zip(numbers[:-1], seen, strict=False)
+    }  # one not named
     game.obey({"do": "guess", "labels": guess})
     until(game, "answered")
     told = game.round.told()
@@ -123,7 +129,9 @@ def test_pages_are_told_every_stage_once_and_those_who_come_later_the_last() -> 
     assert game.hello()["round"]["stage"] == "study"
     game.obey({"do": "rearrange"})
     until(game, "guess")
-    game.obey({"do": "guess", "labels": {}})
+    number = game.round.told()["in_view"][0]
+    true = game.world.truth.labels[game.handles.object_of[number]]
+    game.obey({"do": "guess", "labels": {str(number): "shed" if true != "shed" else "red-coop"}})
     until(game, "answered")
     stages = [one.get("stage", one["kind"]) for one in news(game)]
     assert stages == ["moving", "guess", "leaving", "snapshot", "answered"]
@@ -131,6 +139,41 @@ def test_pages_are_told_every_stage_once_and_those_who_come_later_the_last() -> 
     assert game.round.told()["yours"] == 0
     with pytest.raises(OptionError, match="stage answered"):
         game.obey({"do": "turn"})
+
+
+def test_where_things_are_is_not_told_while_they_are_rearranged_unseen() -> None:
+    game = Game(seed=3, mode="guess")
+    stood = [pose[:2] for pose in game.state()["objects"]]
+    before = game.handles.object_of.copy()
+    game.obey({"do": "rearrange"})
+    end = time.monotonic() + 60.0
+    while game.round.stage == "moving":
+        assert game.round.secret
+        told = game.state()
+        assert ([pose[:2] for pose in told["objects"]], told["hand"]) == (stood, None)
+        assert time.monotonic() < end
+        game.step()
+        time.sleep(1e-3)
+    assert sorted(pose[:2] for pose in game.state()["objects"]) != sorted(stood)
+    assert (game.handles.object_of != before).any()
+    assert game.truth() == {"kind": "truth", "number": 0, "labels": [], "wrong": []}
+
+
+def test_an_adversary_that_cannot_plan_says_so_and_may_try_again(monkeypatch) -> None:
+    def fails(*arguments):
+        raise ValueError("no plan")
+
+    monkeypatch.setattr(rounds, "adversary_plan", fails)
+    game = Game(seed=3, mode="guess")
+    monkeypatch.undo()
+    game.obey({"do": "rearrange"})
+    wait(game, 0.2)
+    until(game, "study")
+    said = news(game)
+    assert [one.get("stage") for one in said] == ["moving", "study", None]
+    assert "ValueError: no plan" in said[-1]["reason"]
+    game.obey({"do": "rearrange"})
+    until(game, "guess")
 
 
 def test_without_the_packages_of_training_a_policy_that_plans_takes_its_place(monkeypatch) -> None:
@@ -167,10 +210,10 @@ def test_tidying_counts_how_far_things_are_from_where_they_were() -> None:
     assert told["left_cm"] < start - 0.8 * each[k]
     assert told["cm"] == pytest.approx(each[k], abs=1.5)
     seen = [one for one in news(game) if one["kind"] == "snapshot"][-1]["detections"]
-    buildings = [
-        one for one in seen if home.labels[one["object"]] != home.labels[int(np.flatnonzero(home.fixed)[0])]
-    ]
-    assert (told["right"], told["of"]) == (sum(one["right"] for one in buildings), len(buildings))
+    shed = home.labels[int(np.flatnonzero(home.fixed)[0])]
+    answers = zip((one["label"] for one in seen), game.truth()["labels"], strict=True)
+    right = [given == true for given, true in answers if true != shed]
+    assert (told["right"], told["of"]) == (sum(right), len(right))
     assert 5.0 < told["seconds"] < 10.0
     assert first_difference(game.trace()) is None
 

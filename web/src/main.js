@@ -1,7 +1,8 @@
 // @ts-check
-/** @import {Card, Hello, Message, Place, Recording, Round, Snapshot, State} from "./messages.js" */
+/** @import {Card, Hello, Message, Place, Recording, Round, Snapshot, State, Truth} from "./messages.js" */
 import { Connection } from "./connection.js";
 import { Controls } from "./controls.js";
+import { LocalGame } from "./engine.js";
 import { offerGallery } from "./gallery.js";
 import { Headset } from "./headset.js";
 import { Panel, part } from "./panel.js";
@@ -13,7 +14,7 @@ import { Views } from "./views.js";
 const given = new URLSearchParams(location.hash.slice(1));
 const token = given.get("token") ?? "";
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
-/** Whether this page lies on a host without a server: then it shows recordings only. */
+/** Whether this page lies on a host without a server: then it plays by itself, without animals. */
 const alone = document.documentElement.dataset.alone !== undefined;
 const query = token ? `?token=${encodeURIComponent(token)}` : "";
 
@@ -22,6 +23,7 @@ const query = token ? `?token=${encodeURIComponent(token)}` : "";
 /** @type {State | null} */ let state = null;
 /** @type {State | null} */ let before = null;
 /** @type {Snapshot | null} */ let snapshot = null;
+/** @type {Truth | null} */ let known = null;
 let came = 0;
 let truth = false;
 let live = true;
@@ -29,7 +31,8 @@ let live = true;
 const panel = new Panel();
 const views = new Views(part("canvas"), part("above"), part("headset"));
 const player = new Player(answer);
-const connection = alone
+/** @type {Connection | LocalGame | null} */
+let connection = alone
   ? null
   : new Connection(given.get("game") ?? "new", token, startOf(given), hear, (there) => panel.connected(there));
 const rounds = new Rounds((message) => connection?.tell(message), () => begin(1));
@@ -48,6 +51,7 @@ function hear(message) {
   else if (!live) return;
   else if (message.kind === "round") play(message);
   else if (message.kind === "snapshot") answer(message);
+  else if (message.kind === "truth") learn(message);
   else {
     before = state;
     state = message;
@@ -61,8 +65,10 @@ function greet(hello) {
   panel.meet(hello);
   meet(hello, true);
   const { seed, reid, gaze, round, beside } = hello;
-  const start = new URLSearchParams({ seed: String(seed), reid, gaze, mode: round?.mode ?? "free", ...(beside && { beside }) });
-  const link = new URLSearchParams({ game: hello.game, ...(token && { token }) });
+  const mode = !round || round.mode === "show" ? "free" : round.mode;
+  const start = new URLSearchParams({ seed: String(seed), reid, gaze, mode, ...(beside && { beside }) });
+  if (connection) connection.begin = new URLSearchParams(start);
+  const link = new URLSearchParams({ ...(hello.game && { game: hello.game }), ...(token && { token }) });
   history.replaceState(null, "", `#${link}&${start}`);
   if (token) start.set("token", token);
   /** @type {HTMLAnchorElement} */ (part("start")).href = `#${start}`;
@@ -75,16 +81,22 @@ function greet(hello) {
 /** How a new game begins, of what a link says. @param {URLSearchParams} link */
 function startOf(link) {
   const kept = ["seed", "reid", "gaze", "mode", "beside"].filter((name) => link.has(name));
-  return new URLSearchParams(kept.map((name) => [name, String(link.get(name))]));
+  const start = new URLSearchParams(kept.map((name) => [name, String(link.get(name))]));
+  const first = !link.has("game") && !link.has("mode") && !localStorage.getItem("shown");
+  if (first && !calm.matches) start.set("mode", "show");
+  return start;
 }
 
 /** A round has come to another stage. @param {Round} round */
 function play(round) {
   if (!place) return;
   const said = rounds.show(round, place, state);
-  if (["answered", "scored"].includes(round.stage) !== truth && round.mode !== "free") toggleTruth();
-  if (round.stage === "turn") part("answers").replaceChildren();
-  else if (round.stage === "answered" && snapshot) panel.answer(place, snapshot, truth, rounds.guess);
+  if (["answered", "scored", "fooled"].includes(round.stage) !== truth && round.mode !== "free") toggleTruth();
+  if (["free", "turn"].includes(round.stage)) {
+    snapshot = known = null;
+    part("answers").replaceChildren();
+  }
+  if (round.stage === "fooled") localStorage.setItem("shown", "yes");
   if (said) panel.say(said);
 }
 
@@ -92,7 +104,7 @@ function play(round) {
 function meet(other, played) {
   place = other;
   live = played;
-  before = state = snapshot = null;
+  before = state = snapshot = known = null;
   table = new Table(other);
   table.furnish().catch((problem) => panel.say(`The models could not be had: ${problem}`));
   views.meet(other);
@@ -105,13 +117,33 @@ function meet(other, played) {
 /** @param {Snapshot} given */
 function answer(given) {
   snapshot = given;
-  if (!place) return;
-  const fooled = panel.answer(place, snapshot, truth);
-  if (rounds.round.mode !== "free" && live) return;
+  showAnswer(true);
+  if (truth && live) askTruth();
+}
+
+/** @param {Truth} given */
+function learn(given) {
+  known = given;
+  const fooled = showAnswer(rounds.round.mode === "free");
   const record = Number(localStorage.getItem("record") ?? Infinity);
-  const price = snapshot.visit_cm;
-  if (live && fooled && price && price < record) localStorage.setItem("record", String(price));
-  showRecord();
+  const price = snapshot?.visit_cm;
+  if (rounds.round.mode === "free" && fooled && price && price < record) localStorage.setItem("record", String(price));
+  if (rounds.round.mode === "free") showRecord();
+}
+
+/** Show the last snapshot's answers. @param {boolean} spoken whether it is said how it came out */
+function showAnswer(spoken) {
+  if (!place || !snapshot) return null;
+  const { objects } = place;
+  const told = known?.number === snapshot.number ? known.labels : null;
+  const is = live ? told : snapshot.detections.map((one) => objects[one.object]?.label ?? null);
+  const fooled = panel.answer(place, snapshot, truth ? is : null, live ? rounds.guess : undefined);
+  if (spoken && !(live && truth && !told)) panel.judge(place, snapshot, fooled);
+  return fooled;
+}
+
+function askTruth() {
+  connection?.tell({ do: "truth" });
 }
 
 function showRecord() {
@@ -135,7 +167,8 @@ function frame(_time, room) {
   const now = moment();
   if (table && now) {
     const { numbered, round } = rounds;
-    table.show(now, { truth, numbered: live ? numbered : null, home: live ? (round.home ?? null) : null });
+    const wrong = truth ? [...now.wrong, ...((live && known?.wrong) || [])] : [];
+    table.show(now, { wrong, numbered: live ? numbered : null, home: live ? (round.home ?? null) : null });
     if (room) headset.draw(table, now, room);
     else if (!headset.session) views.draw(table, now);
     document.body.dataset.step = String(now.step ?? player.time);
@@ -146,7 +179,8 @@ function frame(_time, room) {
 function toggleTruth() {
   truth = !truth;
   part("truth").setAttribute("aria-pressed", String(truth));
-  if (place && snapshot) panel.answer(place, snapshot, truth, rounds.guess);
+  if (truth && live) askTruth();
+  showAnswer(!live || rounds.round.mode === "free");
 }
 
 /** Begin a new game. @param {number} further added to the seed */
@@ -189,8 +223,14 @@ async function offerRecordings() {
     chooser.value = name;
     watch(name).catch((problem) => panel.say(String(problem)));
   });
-  if (alone) watch(Object.keys(recordings)[0]);
-  else chooser.add(new Option("This game so far", "this game"));
+  if (!alone) chooser.add(new Option("This game so far", "this game"));
+}
+
+/** Begin to play without a server. */
+async function playAlone() {
+  const reply = await fetch("play.json");
+  const { starts } = await reply.json();
+  connection = new LocalGame(starts, startOf(given), hear);
 }
 
 part("ar").addEventListener("click", () => headset.begin().catch((problem) => panel.say(`No AR: ${problem}`)));
@@ -209,5 +249,6 @@ document.addEventListener("keydown", (event) => {
 });
 showRecord();
 offerRecordings().catch((problem) => panel.say(String(problem)));
+if (alone) playAlone().catch((problem) => panel.say(String(problem)));
 views.renderer.setAnimationLoop(frame);
 Headset.possible().then((can) => (part("ar").hidden = !can));

@@ -1,7 +1,8 @@
 // @ts-check
 /**
  * What the server tells. Metres and radians; x to the right, z away from the player, y up, yaw clockwise from
- * above with 0 along +z.
+ * above with 0 along +z. `objects` has what stands on the table by numbers that say nothing of labels, `believed` and
+ * `wrong` the labels; a number's category and size are the same in both.
  *
  * @typedef {{label: string, category: string, size: [number, number, number], fixed: boolean}} Thing
  * @typedef {{kind: "hello", seed: number, reid: string, jitter: string, beside: string | null, gaze: string,
@@ -10,15 +11,16 @@
  * @typedef {{x: number, z: number, height: number, yaw: number, pitch: number, left: number, right: number,
  *   range: number}} Headset
  * @typedef {{kind: "state", step: number, phase: "play" | "hand", objects: [number, number, number][],
- *   believed: [number, number, number][], wrong: number[], counts: number[], misplaced: number[],
+ *   believed: [number, number, number][], wrong: number[], arrived: number, astray: number,
  *   hand: [number, number, number, number | null] | null, animals: [number, number, number, number][],
  *   camera: Headset, caption: string, effort_cm: number, visit_cm: number, par_cm: number | null,
  *   snapshots: number, over: boolean, left_cm?: number}} State
- * @typedef {{object: number, label: string | null, confidence: number | null, right: boolean}} Detection
- * @typedef {{kind: "snapshot", number: number, accuracy: number, detections: Detection[],
- *   wrong_labels?: number, visit_cm?: number, beside?: {reid: string, detections: Detection[]}}} Snapshot
- * @typedef {{kind: "round", mode: "free" | "guess" | "duel" | "tidy", stage: string, by?: "farm-slot" | "analytic",
- *   in_view?: number[], guess?: Record<string, string>, yours?: number, its?: number, of?: number,
+ * @typedef {{object: number, label: string | null, confidence: number | null}} Detection
+ * @typedef {{kind: "snapshot", number: number, detections: Detection[], visit_cm?: number,
+ *   beside?: {reid: string, detections: Detection[]}}} Snapshot
+ * @typedef {{kind: "truth", number: number, labels: (string | null)[], wrong: number[]}} Truth
+ * @typedef {{kind: "round", mode: "free" | "show" | "guess" | "duel" | "tidy", stage: string,
+ *   by?: "farm-slot" | "analytic", pair?: string[], cm?: number, in_view?: number[], guess?: Record<string, string>, yours?: number, its?: number, of?: number,
  *   adversary?: {wrong: number, cm: number}, player?: {wrong: number, cm: number},
  *   home?: [number, number, number][], start_cm?: number, left_cm?: number, seconds?: number, right?: number}} Round
  * @typedef {{kind: "refused", reason: string}} Refused
@@ -27,6 +29,6 @@
  * @typedef {{title: string, width: number, depth: number, labels: string[], moved: number[],
  *   ways: [number, number, number, number][]}} Card
  * @typedef {{width: number, depth: number, objects: Thing[]}} Place
- * @typedef {Hello | State | Snapshot | Round | Refused} Message
+ * @typedef {Hello | State | Snapshot | Truth | Round | Refused} Message
  */
 export {};

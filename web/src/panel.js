@@ -12,11 +12,12 @@ function choose(id, names, chosen) {
 }
 
 /**
- * An answer in writing: the label, how sure, and with `truth` whether it is wrong.
+ * An answer in writing: the label, how sure, and whether it is wrong.
  *
- * @param {Detection} one @param {Place} place @param {boolean} truth @param {boolean} [brief] without what it really is
+ * @param {Detection} one @param {string | null | undefined} truth what it really is; undefined for what is not said
+ * @param {boolean} [brief] without what it really is
  */
-function told(one, place, truth, brief) {
+function told(one, truth, brief) {
   const name = document.createElement("span");
   name.className = "name";
   name.textContent = one.label ?? "none";
@@ -29,18 +30,17 @@ function told(one, place, truth, brief) {
     sure.textContent = `${Math.round(one.confidence * 100)}% sure`;
     parts.push(sure);
   }
-  if (truth && !one.right) {
+  if (truth !== undefined && one.label !== truth) {
     const really = document.createElement("strong");
-    really.textContent = brief ? "✗" : `✗ is ${place.objects[one.object]?.label ?? "nothing"}`;
+    really.textContent = brief ? "✗" : `✗ is ${truth ?? "nothing"}`;
     parts.push(really);
   }
   return parts;
 }
 
-/** What the player said of a detection. @param {Detection} one @param {Place} place @param {Record<string, string>} guess */
-function guessed(one, place, guess) {
-  const label = guess[one.object] ?? null;
-  return { ...one, label, confidence: null, right: label === place.objects[one.object]?.label };
+/** What the player said of a detection. @param {Detection} one @param {Record<string, string>} guess @returns {Detection} */
+function guessed(one, guess) {
+  return { ...one, label: guess[one.object] ?? null, confidence: null };
 }
 
 /** What is written beside the table: how the game stands, what the headset answered, what happens. */
@@ -56,9 +56,11 @@ export class Panel {
     part("mode").replaceChildren(...Object.entries(MODES).map(([mode, name]) => new Option(name, mode)));
     /** @type {HTMLSelectElement} */ (part("mode")).value = hello.round?.mode ?? "free";
     choose("beside", ["", ...hello.methods], hello.beside ?? "");
-    const said = { player: "", viewer: "You watch: somebody else plays this game.", watcher: "An environment, as it is played." };
+    const alone = document.documentElement.dataset.alone !== undefined;
+    const here = alone ? "No animals run here: they, other methods and adversaries come with farm-ar itself." : "";
+    const said = { player: here, viewer: "You watch: somebody else plays this game.", watcher: "An environment, as it is played." };
     part("role").textContent = said[hello.role];
-    if (hello.role === "watcher") document.documentElement.dataset.alone = "";
+    if (hello.role === "watcher") document.documentElement.dataset.watcher = "";
     /** @type {HTMLInputElement} */ (part("seed")).value = String(hello.seed);
   }
 
@@ -67,9 +69,7 @@ export class Panel {
     part("phase").textContent =
       state.caption || (state.phase === "hand" ? "Hand in view: the animals wait" : "The animals run");
     part("effort").textContent = live ? this.price(state) : "";
-    const astray = state.misplaced.reduce((sum, n) => sum + n, 0);
-    const home = state.counts.reduce((sum, n) => sum + n, 0);
-    part("counts").textContent = `${home} home, ${astray} of them in a wrong building`;
+    part("counts").textContent = `${state.arrived} home, ${state.astray} of them in a wrong building`;
     if (state.over) this.say("This game has gone on for two hours; begin a new one.");
   }
 
@@ -85,35 +85,37 @@ export class Panel {
   /**
    * @param {Place} place
    * @param {Snapshot} snapshot
-   * @param {boolean} truth whether wrong answers are marked
+   * @param {(string | null)[] | null} truth what the detections really are, where wrong answers are marked
    * @param {Record<string, string>} [guess] labels that the player gave
+   * @returns how many answers are wrong, null where that is not known
    */
   answer(place, snapshot, truth, guess) {
-    const movable = snapshot.detections.filter((one) => !place.objects[one.object]?.fixed);
-    const others = snapshot.beside?.detections ?? (guess ? movable.map((one) => guessed(one, place, guess)) : []);
+    const known = snapshot.detections.map((one, k) => ({ one, is: truth ? truth[k] : undefined }));
+    const movable = known.filter(({ one }) => !place.objects[one.object]?.fixed);
+    const others = snapshot.beside?.detections ?? (guess ? movable.map(({ one }) => guessed(one, guess)) : []);
     const beside = new Map(others.map((one) => [one.object, one]));
-    const rows = movable.map((one) => {
+    const rows = movable.map(({ one, is }) => {
       const row = document.createElement("li");
-      row.append(...told(one, place, truth));
+      row.append(...told(one, is));
       const other = beside.get(one.object);
       if (other) {
         const before = document.createElement("span");
         before.textContent = `${snapshot.beside?.reid ?? "you"}:`;
-        row.append(before, ...told(other, place, truth, true));
+        row.append(before, ...told(other, is, true));
       }
       return row;
     });
     part("answers").replaceChildren(...rows);
-    const seen = movable.length;
-    const fooled = movable.filter((one) => !one.right).length;
+    return truth ? movable.filter(({ one, is }) => one.label !== is).length : null;
+  }
+
+  /** Say how a snapshot came out. @param {Place} place @param {Snapshot} snapshot @param {number | null} fooled */
+  judge(place, snapshot, fooled) {
+    const seen = snapshot.detections.filter((one) => !place.objects[one.object]?.fixed).length;
     const price = snapshot.visit_cm === undefined ? "" : ` for ${snapshot.visit_cm.toFixed(1)} cm`;
-    const verdict = fooled ? `It was fooled${price}: ${fooled} of ${seen} wrong.` : `All ${seen} right.`;
-    this.say(
-      truth
-        ? `Snapshot ${snapshot.number}. ${verdict}`
-        : `Snapshot ${snapshot.number}: ${seen} buildings named. Do you believe it? Press T to see.`,
-    );
-    return fooled;
+    if (fooled === null) this.say(`Snapshot ${snapshot.number}: ${seen} buildings named. Do you believe it? Press T to see.`);
+    else if (fooled) this.say(`Snapshot ${snapshot.number}. It was fooled${price}: ${fooled} of ${seen} wrong.`);
+    else this.say(`Snapshot ${snapshot.number}. All ${seen} right.`);
   }
 
   /** Say it in writing, and to screen readers. @param {string} text */

@@ -3,7 +3,7 @@
 import { part } from "./panel.js";
 
 /** What can be played, and what it is called. */
-export const MODES = { free: "freely", guess: "guess first", duel: "against the adversary", tidy: "tidy up" };
+export const MODES = { free: "freely", show: "show me how", guess: "guess first", duel: "against the adversary", tidy: "tidy up" };
 
 const WHO = { "farm-slot": "A trained policy", analytic: "A policy that plans" };
 
@@ -20,7 +20,12 @@ const verdict = (mine, its) => (rate(mine) > rate(its) ? "You win." : rate(mine)
 /** What is said of a stage. @param {Round} round @returns {string} */
 function saidOf(round) {
   const { mode, yours, its, of, adversary, player } = round;
+  const pair = (round.pair ?? []).join(" and ");
   switch (round.stage) {
+    case "showing":
+      return `Watch: ${pair} look alike, and change places while the headset does not look.`;
+    case "fooled":
+      return `Fooled for ${round.cm?.toFixed(0)} cm: it took ${pair} for each other. Your turn!`;
     case "study":
       return "Remember which is which. An adversary then rearranges the table while you do not look.";
     case "moving":
@@ -46,6 +51,8 @@ function saidOf(round) {
 
 /** What the button says in a stage, and what it asks for; null where there is none. @param {Round} round */
 function onwardOf({ mode, stage }) {
+  if (stage === "showing") return ["Let me play", "play"];
+  if (stage === "fooled") return ["Now I try", "play"];
   if (stage === "study") return ["Rearrange it", "rearrange"];
   if (stage === "guess") return ["That is my guess", "guess"];
   if (stage === "answered" && mode === "duel") return ["Now I rearrange it", "turn"];
@@ -83,6 +90,7 @@ export class Rounds {
     this.tell = tell;
     this.another = another;
     part("onward").addEventListener("click", () => this.onward());
+    part("guesses").addEventListener("change", () => this.count());
   }
 
   /** @param {Round} round @param {Place} place @param {State | null} state @returns {string} what is said of it */
@@ -96,8 +104,10 @@ export class Rounds {
     part("round").hidden = round.stage === "free";
     document.body.classList.toggle("round", round.stage !== "free");
     document.body.classList.toggle("curtain", this.curtain);
-    document.body.classList.toggle("waits", !["free", "turn", "tidy", "tidied"].includes(round.stage));
+    document.body.classList.toggle("waits", !["free", "fooled", "turn", "tidy", "tidied"].includes(round.stage));
+    /** @type {HTMLSelectElement} */ (part("mode")).value = round.mode;
     this.ask(round.stage === "guess" ? (round.in_view ?? []) : [], state);
+    this.count();
     this.describe(state);
     this.keep();
     return saidOf(round);
@@ -124,6 +134,15 @@ export class Rounds {
     if (onward[1] === "another") this.another();
     else if (onward[1] === "guess") this.tell({ do: "guess", labels: this.guesses() });
     else this.tell({ do: onward[1] });
+  }
+
+  /** Say how many are named; with none there is nothing to send. */
+  count() {
+    const button = /** @type {HTMLButtonElement} */ (part("onward"));
+    const guessing = this.round.stage === "guess";
+    const named = Object.keys(this.guesses()).length;
+    button.disabled = guessing && !named;
+    if (guessing) button.textContent = `That is my guess (${named} of ${this.round.in_view?.length} named)`;
   }
 
   /** @returns {Record<string, string>} */
@@ -175,7 +194,7 @@ export class Rounds {
   /** Keep what is better than before, and say the best. */
   keep() {
     const { mode } = this.round;
-    if (mode === "free") return;
+    if (mode === "free" || mode === "show") return;
     const value = RECORDS[mode](this.round);
     const kept = localStorage.getItem(`record-${mode}`);
     const best = value === null || (kept !== null && Number(kept) >= value) ? kept : String(value);

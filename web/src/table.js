@@ -184,14 +184,14 @@ export class Table {
    * Show a moment.
    *
    * @param {State} state
-   * @param {{truth: boolean, numbered: number[] | null, home: [number, number, number][] | null}} shown whether wrong
-   *   labels are marked; buildings with numbers in place of labels; where buildings belong
+   * @param {{wrong: number[], numbered: number[] | null, home: [number, number, number][] | null}} shown labels that
+   *   are marked as wrong; buildings with numbers in place of labels; where buildings belong
    */
   show(state, shown) {
     if (!this.hands) return;
     const { objects } = this.hello;
     const held = state.hand ? state.hand[3] : null;
-    const wrong = new Set(shown.truth ? state.wrong : []);
+    const wrong = new Set(shown.wrong);
     objects.forEach((thing, i) => {
       const [x, z, yaw] = state.objects[i];
       this.things[i].position.copy(at(x, i === held ? LIFTED_M : 0, z));
