@@ -90,7 +90,8 @@ function startOf(link) {
 /** A round has come to another stage. @param {Round} round */
 function play(round) {
   if (!place) return;
-  const said = rounds.show(round, place, state);
+  const shown = rounds.round.mode === "show" && round.mode === "free";
+  const said = rounds.show(round, place, state) || (shown ? "Your turn: swap two that look alike, then take your hand off the table." : "");
   if (["answered", "scored", "fooled"].includes(round.stage) !== truth && round.mode !== "free") toggleTruth();
   if (["free", "turn"].includes(round.stage)) {
     snapshot = known = null;
@@ -209,6 +210,7 @@ async function watch(name) {
   meet(recording, false);
   if (name.startsWith("failure-") && !truth) toggleTruth();
   player.open(recording);
+  part("news").closest("aside")?.scrollTo(0, 0);
   panel.say(recording.title);
 }
 

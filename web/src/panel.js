@@ -92,7 +92,7 @@ export class Panel {
   answer(place, snapshot, truth, guess) {
     const known = snapshot.detections.map((one, k) => ({ one, is: truth ? truth[k] : undefined }));
     const movable = known.filter(({ one }) => !place.objects[one.object]?.fixed);
-    const others = snapshot.beside?.detections ?? (guess ? movable.map(({ one }) => guessed(one, guess)) : []);
+    const others = guess ? movable.map(({ one }) => guessed(one, guess)) : (snapshot.beside?.detections ?? []);
     const beside = new Map(others.map((one) => [one.object, one]));
     const rows = movable.map(({ one, is }) => {
       const row = document.createElement("li");
@@ -100,7 +100,7 @@ export class Panel {
       const other = beside.get(one.object);
       if (other) {
         const before = document.createElement("span");
-        before.textContent = `${snapshot.beside?.reid ?? "you"}:`;
+        before.textContent = `${guess ? "you" : snapshot.beside?.reid}:`;
         row.append(before, ...told(other, is, true));
       }
       return row;

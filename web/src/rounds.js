@@ -71,7 +71,7 @@ const RECORDS = {
 };
 const RECORD_SAID = {
   /** @param {number} best */
-  guess: (best) => `Your best: ${best} more right than the headset.`,
+  guess: (best) => `Your best: ${Math.abs(best)} ${best < 0 ? "fewer" : "more"} right than the headset.`,
   /** @param {number} best */
   duel: (best) => `Your best: ${best.toFixed(2)} wrong labels for 10 cm.`,
   /** @param {number} best */
