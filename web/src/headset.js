@@ -5,7 +5,6 @@ import * as THREE from "three";
 import { Pointing } from "./pointing.js";
 
 const NEAREST_M = 0.2;
-const LOOK = "Look at a table or the floor, and select to put the game there.";
 
 /**
  * The table in a room, through a headset or a phone (WebXR, experimental).
@@ -53,22 +52,12 @@ export class Headset {
 
   /** Begin; called when the player has pressed the button. */
   async begin() {
-    if (this.session) return;
     const session = await /** @type {XRSystem} */ (navigator.xr).requestSession("immersive-ar", {
       requiredFeatures: ["hit-test", "local-floor"],
     });
     this.session = session;
+    this.placed = false;
     session.addEventListener("end", () => this.end());
-    try {
-      await this.enter(session);
-    } catch (problem) {
-      await session.end();
-      throw problem;
-    }
-  }
-
-  /** @param {XRSession} session that has just begun */
-  async enter(session) {
     session.addEventListener("select", () => this.put());
     session.addEventListener("selectstart", (event) => this.grip(event, true));
     session.addEventListener("selectend", (event) => this.grip(event, false));
@@ -76,27 +65,13 @@ export class Headset {
     this.renderer.xr.setReferenceSpaceType("local-floor");
     await this.renderer.xr.setSession(session);
     this.room = this.renderer.xr.getReferenceSpace();
-    this.room?.addEventListener("reset", () => this.search());
-    await this.search();
-  }
-
-  /** Have the player choose a place: at the beginning, and when the device has lost where things were. */
-  async search() {
-    const { session, room } = this;
-    if (!session || !room) return;
-    this.placed = this.ring.visible = false;
-    this.pointing.leave();
-    this.renderer.xr.setReferenceSpace(room);
-    this.found?.cancel();
-    this.found = null;
     const viewer = await session.requestReferenceSpace("viewer");
     this.found = (await session.requestHitTestSource?.({ space: viewer })) ?? null;
-    this.say(this.found ? LOOK : "This device finds no tables and no floor.");
+    this.say("Look at a table or the floor, and select to put the game there.");
   }
 
   end() {
     this.session = this.found = this.room = null;
-    this.placed = false;
     this.renderer.xr.enabled = false;
     this.pointing.leave();
     this.ended();
