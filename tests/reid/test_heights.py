@@ -56,6 +56,14 @@ def test_boxes_above_one_another_are_told_apart_by_their_heights(name: str, orde
         assert found.confidence.min() > 0.8
 
 
+def test_labels_that_are_chosen_cost_what_they_cost_among_all() -> None:
+    scene, chosen = shelf([0.0, 0.5, 1.0]), np.array([2, 1])
+    detections, costs = seen(scene, [2, 0]).detections, SpatialReid(scene).costs
+    np.testing.assert_allclose(
+        costs.matrix(detections, chosen), costs.matrix(detections)[:, chosen], rtol=1e-13
+    )
+
+
 def test_a_difference_in_height_costs_what_a_shift_as_long_does() -> None:
     scene = shelf([0.0, 0.5])
     snapshot = seen(scene, [0, 1])

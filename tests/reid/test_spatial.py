@@ -251,6 +251,14 @@ def test_an_unknown_category_may_be_any_label_even_when_gated() -> None:
     assert reid.identify(seen((None, 0.5, 0.5, 0.0), ("chair", 0.5, 0.6, 0.0))).labels == ("a1", "a2")
 
 
+def test_an_unknown_category_has_a_cost_for_every_label_when_gated() -> None:
+    reid = SpatialReid(room())
+    cost, names = reid.problem(seen((None, 3.0, 1.5, 0.0), ("chair", 0.5, 0.6, 0.0)))
+    own = [reid.scene.layout.category[reid.scene.layout.index(name)] == "chair" for name in names]
+    assert 0 < sum(own) < len(own)
+    assert np.isfinite(cost).tolist() == [[True] * len(own), own]
+
+
 def test_boxes_along_the_worlds_axes_change_as_an_object_turns() -> None:
     # Turned by 90 degrees, the chair's world box is 0.5 x 0.8 x 0.4: no cost, axes are paired. At 45 degrees
     # it is 0.9 / sqrt(2) = 0.6364 wide and deep: (0.6364 / 0.4) (0.6364 / 0.5) = 2.025.
@@ -307,6 +315,15 @@ def test_an_empty_snapshot_has_an_empty_identification(threshold: float, gate: b
             Snapshot(Camera([0.0, 0.0], 0.0), Detections((), np.zeros((0, 2)), np.zeros(0), np.zeros((0, 3))))
         )
         assert (found.labels, found.cost.shape, found.total, found.widened) == ((), (0,), 0.0, False)
+
+
+@pytest.mark.parametrize(("x", "label", "widened"), [(0.6, "a1", False), (3.0, "b1", True)])
+def test_a_proof_that_takes_labels_of_other_sites_says_so(x: float, label: str, widened: bool) -> None:
+    found = SpatialReid(room(), SpatialOptions(threshold=0, certify=True)).identify(
+        seen(("chair", x, 0.5, 0.0))
+    )
+    assert (found.labels, found.widened) == ((label,), widened)
+    assert (label in ("a1", "a2")) == (set(found.candidates) == {"a1", "a2"})
 
 
 def test_an_empty_cell_of_the_camera_is_widened_from() -> None:
