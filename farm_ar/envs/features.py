@@ -14,9 +14,11 @@ from farm_ar.game_logic import visibility
 from farm_ar.geometry.angles import wrap_angle
 from farm_ar.geometry.camera import Eye, sees
 from farm_ar.kernels import compiled
-from farm_ar.reid.assignment import Rule, assess_objects, known_objects
+from farm_ar.reid.assignment import Rule, Workspace, workspace_for
+from farm_ar.reid.assignment.assessment import cost_of_moving, size_factor
+from farm_ar.reid.assignment.optimum import assign_most_in, find_margins_in
 from farm_ar.reid.costs import sorted_log_sides
-from farm_ar.scenes import UNKNOWN, Camera, Layout, Scene
+from farm_ar.scenes import Camera, Layout, Scene
 from farm_ar.structs import Structs
 
 if TYPE_CHECKING:
@@ -137,12 +139,15 @@ class Room(NamedTuple):
 
 
 class Found(NamedTuple):
-    """What was found last time; NaN where nothing was.
+    """What was found last time.
 
-    Costs and margins are found anew only where an object, or what is seen, is not as it was.
+    What is said of an object is found anew only where it does not stand as it did, and costs and margins of
+    its kind with it. Whoever changes a belief sets the pose of the label's object to NaN, and all of them
+    where the camera or the order in which objects are met changes.
 
     Args:
-        pose: (M, 4) x, z, yaw, and 1 where the camera saw it, else 0, of each object as the layout has them.
+        pose: (M, 4) x, z, yaw, and 1 where the camera saw it, else 0, of each object as the layout has them;
+            NaN where all is to be found anew.
         margin: (M,) of those seen.
         right: (M,) whether those seen would get their own label.
         cost: (M, M) of every label for every object.
@@ -219,7 +224,7 @@ class Features:
             and world is was[0]
         ):
             return
-        if was is None or believed is not was[2]:
+        if was is None or believed is not was[2] or camera is not was[3]:
             self._found.pose[:] = np.nan
         self.least_margin, self.ambiguity, self.expected_wrong = read_table(
             world.places,
@@ -258,36 +263,55 @@ def read_table(
         objects: as they are met.
         room: what does not change.
         found: last time, with the same beliefs; brought up to date.
-        numbers: all parts, flat; filled, but for `budget` and `hand`. (Each array that is passed takes a
-            quarter of a microsecond; so the parts are distinguished in here.)
+        numbers: all parts as they were filled last time, flat; filled, but for `budget` and `hand`. (Each
+            array that is passed takes a quarter of a microsecond; so the parts are distinguished in here.)
 
     Returns:
         `least_margin`, `ambiguity` and `expected_wrong` of `Features`.
     """
+    widest = objects.rivals.shape[1]
+    space = workspace_for(len(objects.number), widest, True, room.kinds)
+    return read_table_in(places, believed, eyes, objects, room, found, numbers, space)
+
+
+@compiled
+def read_table_in(
+    places: FloatArray,
+    believed: Believed,
+    eyes: Structs[Eye],
+    objects: Objects,
+    room: Room,
+    found: Found,
+    numbers: Float32Array,
+    space: Workspace,
+) -> tuple[float, float, float]:
+    """`read_table`, in a workspace for all objects."""
     parts = parts_of(numbers, len(objects.number), room.kinds, objects.rivals.shape[1])
-    anew, pose, eye = np.zeros(room.kinds, dtype=np.bool_), found.pose, eyes[0]
-    parts.category[:] = 0.0
+    pose, eye, changed, anew = found.pose, eyes[0], space.changed, space.changed_kinds
+    anew[: room.kinds] = 0
     for k in range(len(objects.number)):
         i, kind = objects.number[k], objects.kind[k]
         x, z, yaw = places[i, 0], places[i, 1], wrap_angle(-places[i, 2])
+        changed[i] = 0
+        if x == pose[i, 0] and z == pose[i, 1] and yaw == pose[i, 2]:
+            continue
         seen = 1.0 if sees(eye, x, room.elevation[i], z) else 0.0
-        if x != pose[i, 0] or z != pose[i, 1] or yaw != pose[i, 2] or seen != pose[i, 3]:
-            pose[i, 0], pose[i, 1], pose[i, 2], pose[i, 3], anew[kind] = x, z, yaw, seen, True
+        pose[i, 0], pose[i, 1], pose[i, 2], pose[i, 3] = x, z, yaw, seen
+        changed[i] = anew[kind] = 1
         _describe(k, i, x, z, yaw, believed, room, parts)
+        parts.category[k, :] = 0.0
         parts.category[k, kind] = 1.0
         parts.in_view[k] = seen
         parts.fixed[k] = 1.0 if objects.fixed[k] else 0.0
     parts.camera[0] = within(2 * eye.x / room.width - 1, -4, 4)
     parts.camera[1] = within(2 * eye.z / room.depth - 1, -4, 4)
     parts.camera[2], parts.camera[3] = eye.sine, eye.cosine
-    if anew.any():
-        _assess(anew, believed, objects, room, found)
+    for kind in range(room.kinds):
+        if anew[kind]:
+            _assess(kind, believed, objects, room, found, space)
     least, ambiguity, wrong = np.inf, 0.0, 0.0
     for k in range(len(objects.number)):
         i, margin = objects.number[k], np.inf
-        for column in range(objects.rivals.shape[1]):
-            j = objects.rivals[k, column]
-            parts.cost[k, column] = within(found.cost[i, j], 0, NO_RIVAL) if j >= 0 else NO_RIVAL
         if pose[i, 3] != 0:
             margin = found.margin[i]
             if not objects.fixed[k] and margin < np.inf:
@@ -295,7 +319,11 @@ def read_table(
                 ambiguity += (1 - within(margin / MARGIN_SCALE, 0, 1)) / 2
                 signed = margin if found.right[i] else -margin
                 wrong += (1 - within(signed / MARGIN_SCALE, -1, 1)) / 2
-        parts.margin[k] = min(margin / MARGIN_SCALE, 1.0)
+        if anew[objects.kind[k]]:
+            parts.margin[k] = min(margin / MARGIN_SCALE, 1.0)
+            for column in range(objects.rivals.shape[1]):
+                j = objects.rivals[k, column]
+                parts.cost[k, column] = within(found.cost[i, j], 0, NO_RIVAL) if j >= 0 else NO_RIVAL
     return (least if least < np.inf else 1.0), ambiguity, wrong
 
 
@@ -316,23 +344,60 @@ def _describe(
     parts.difference[k, 2] = wrap_angle(yaw - by) / pi
 
 
+@compiled
+def _assess(
+    kind: int, believed: Believed, objects: Objects, room: Room, found: Found, space: Workspace
+) -> None:
+    """Find the costs of what changed of a kind, and the margins of what is in view of it."""
+    rows, columns, n, width = space.rows, space.columns, 0, 0
+    for k in range(len(objects.number)):
+        if objects.kind[k] == kind:
+            i, place = objects.number[k], width
+            if found.pose[i, 3] != 0:
+                rows[n] = i
+                n += 1
+            while place > 0 and columns[place - 1] > i:
+                columns[place] = columns[place - 1]
+                place -= 1
+            columns[place] = i
+            width += 1
+    for place in range(width):
+        half = believed.yaw[columns[place]] / 2
+        space.half_sine[place], space.half_cosine[place] = sin(half), cos(half)
+    for row in range(width):
+        i = columns[row]
+        half = (sin(found.pose[i, 2] / 2), cos(found.pose[i, 2] / 2))
+        for place in range(width):
+            j = columns[place]
+            if space.changed[i] or space.changed[j]:
+                found.cost[i, j] = _cost(
+                    i, j, half, (space.half_sine[place], space.half_cosine[place]), believed, room, found
+                )
+    cost = space.cost[: n * width].reshape(n, width)
+    for row in range(n):
+        for place in range(width):
+            cost[row, place] = found.cost[rows[row], columns[place]]
+    assign_most_in(cost, space)
+    find_margins_in(cost, space)
+    for row in range(n):
+        i = rows[row]
+        found.margin[i], found.right[i] = space.margin[row], columns[space.column_of[row]] == i
+
+
 @compiled(inline="always")
-def _assess(anew: BoolArray, believed: Believed, objects: Objects, room: Room, found: Found) -> None:
-    """Find costs, and the margins of what is in view of the (kinds,) that are not as they were."""
-    m, n = len(objects.number), 0
-    category, rows = np.empty(m, dtype=np.int64), np.empty(m, dtype=np.int64)
-    position, yaw = np.empty((m, 2)), np.empty(m)
-    for k in range(m):
-        i = objects.number[k]
-        category[i] = objects.kind[k]
-        position[i, 0], position[i, 1], yaw[i] = found.pose[i, 0], found.pose[i, 1], found.pose[i, 2]
-        if anew[objects.kind[k]] and found.pose[i, 3] != 0:
-            rows[n] = i
-            n += 1
-    known = known_objects(believed.position.copy(), believed.yaw.copy(), category, room.size, room.sides)
-    answer = assess_objects(position, yaw, rows[:n], known, room.rule, True)
-    for i in range(m):
-        for j in range(m):
-            found.cost[i, j] = answer.costs[0, i, j]
-        if answer.label[0, i] != UNKNOWN:
-            found.margin[i], found.right[i] = answer.margin[0, i], answer.label[0, i] == i
+def _cost(
+    i: int,
+    j: int,
+    half: tuple[float, float],
+    label_half: tuple[float, float],
+    believed: Believed,
+    room: Room,
+    found: Found,
+) -> float:
+    """Of giving object i, as it was found, label j; of both sine and cosine of half the yaw."""
+    dx, dz = found.pose[i, 0] - believed.position[j, 0], found.pose[i, 1] - believed.position[j, 1]
+    rule = room.rule
+    cost = cost_of_moving(dx, dz, half, label_half, rule.translation_weight, rule.rotation_weight)
+    if rule.compare_sizes:
+        cost = size_factor(room.sides[room.size[i]], room.sides[room.size[j]]) * cost
+    return cost

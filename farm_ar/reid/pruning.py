@@ -145,7 +145,14 @@ def enough(detected: IntArray, offered: IntArray, gate: bool) -> bool:
 
 @compiled
 def choose_candidates(
-    known: Known, b: int, detected: IntArray, gate: bool, rank: IntArray, kept: int, chosen: IntArray
+    known: Known,
+    b: int,
+    detected: IntArray,
+    gate: bool,
+    rank: IntArray,
+    kept: int,
+    chosen: IntArray,
+    offered: IntArray,
 ) -> tuple[int, bool]:
     """Fill `chosen` with the labels of the first `kept` sites, and of more where those are too few.
 
@@ -157,11 +164,11 @@ def choose_candidates(
         rank: (S,) place of each site in the order of falling probability.
         kept: how many sites the threshold keeps.
         chosen: (M,) filled from the front.
+        offered: (C + 1,) filled with the labels chosen of each category.
 
     Returns:
         How many labels were chosen, and whether that took more sites than `kept`.
     """
-    offered = np.empty(len(detected), dtype=np.int64)
     sites = kept
     while True:
         offered[:] = 0

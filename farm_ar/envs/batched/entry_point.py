@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
@@ -77,4 +77,15 @@ def make_vector_env(
         stacklevel=3,
     )
     make = partial(FarmToTableEnv, **arguments)
+    if apart:
+        _compile_with(make)
     return chosen([make] * num_envs, autoreset_mode=mode_of(autoreset_mode))
+
+
+def _compile_with(make: Callable[..., FarmToTableEnv]) -> None:
+    """Have kernels compiled and kept, and announced, before processes would compile them, each for itself."""
+    env = make(render_mode=None)
+    env.reset(seed=0)
+    env.action_space.seed(0)
+    env.step(env.action_space.sample())
+    env.close()

@@ -9,13 +9,13 @@ import numpy as np
 from farm_ar.envs.batched import streams
 from farm_ar.envs.batched.acting import true_yaw
 from farm_ar.envs.batched.starting import aim
-from farm_ar.envs.batched.state import Batch, Choices, Scenery, Work
+from farm_ar.envs.batched.state import Batch, Choices, Scenery, Sight, Work
 from farm_ar.game_logic.belief import SAME
 from farm_ar.game_logic.visibility import look_over
 from farm_ar.geometry.angles import wrap_angle
 from farm_ar.kernels import compiled
-from farm_ar.reid.assignment import Answer, Known, Seen
-from farm_ar.reid.assignment.assessment import assess_batch
+from farm_ar.reid.assignment import Answer, Known, Seen, workspace_for
+from farm_ar.reid.assignment.assessment import assess_one
 from farm_ar.scenes import UNKNOWN
 
 
@@ -29,7 +29,7 @@ def read_poses(b: int, batch: Batch, choices: Choices, work: Work) -> None:
 
 
 @compiled
-def look(b: int, batch: Batch, choices: Choices, scenery: Scenery, work: Work) -> None:
+def look(b: int, batch: Batch, choices: Choices, scenery: Scenery, work: Work, sight: Sight) -> None:
     """Take a snapshot, identify what is in it, and believe the answer.
 
     Args:
@@ -38,6 +38,7 @@ def look(b: int, batch: Batch, choices: Choices, scenery: Scenery, work: Work) -
         choices: likewise chosen for all.
         scenery: the scene.
         work: filled with the poses, and with which labels' believed poses changed.
+        sight: views of it, and room for the answer.
     """
     table, m, changed = batch.tables[b], len(scenery.kind), work.changed
     read_poses(b, batch, choices, work)
@@ -47,15 +48,15 @@ def look(b: int, batch: Batch, choices: Choices, scenery: Scenery, work: Work) -
         aim(eye, eye.yaw + choices.head_noise * streams.normal(table.stream))
     count = look_over(work.eyes, work.position, scenery.elevation, work.seen, work.order)
     changed[:] = False
-    batch.pose[b] = np.nan  # what was found out spoke of other beliefs
     table.accuracy = 1.0
     if count == 0:
         return
-    seen, answer = detections(count, scenery, work), unanswered(count)
-    assess_batch(seen, labels(b, batch, scenery), scenery.rule, answer)
+    sight.seen.number[0], sight.answer.label[:] = count, UNKNOWN
+    assess_one(0, sight.seen, labels(b, batch, scenery, sight), scenery.rule, sight.answer, sight.space)
     right = 0
     for k in range(count):
-        i, j = work.order[k], answer.label[0, k]
+        i = work.order[k]
+        j = sight.answer.label[0, i]
         if j == i:
             right += 1
         if j != UNKNOWN and not scenery.fixed[j]:
@@ -64,6 +65,8 @@ def look(b: int, batch: Batch, choices: Choices, scenery: Scenery, work: Work) -
                 fabs(work.position[i, 1] - batch.believed[b, j, 1]),
             )
             changed[j] = max(moved, fabs(wrap_angle(work.yaw[i] - batch.facing[b, j]))) > SAME
+            if moved != 0 or work.yaw[i] != batch.facing[b, j]:
+                batch.pose[b, j] = np.nan  # what was found out of it spoke of another belief
             batch.believed[b, j, 0], batch.believed[b, j, 1] = work.position[i, 0], work.position[i, 1]
             batch.facing[b, j], batch.holder[b, j] = work.yaw[i], i
     table.accuracy, table.wrong = right / count, 0
@@ -72,43 +75,50 @@ def look(b: int, batch: Batch, choices: Choices, scenery: Scenery, work: Work) -
             table.wrong += 1
 
 
-@compiled
-def detections(count: int, scenery: Scenery, work: Work) -> Seen:
-    """What is seen, from left to right, as `seen_at` has it."""
-    number, order = np.empty(1, dtype=np.int64), np.empty((1, count), dtype=np.int64)
-    position, yaw, sides = np.empty((1, count, 2)), np.empty((1, count)), np.empty((1, count, 3))
-    category = np.empty((1, count), dtype=np.int64)
-    number[0] = count
-    for k in range(count):
-        i = work.order[k]
-        order[0, k], category[0, k], yaw[0, k] = k, scenery.kind[i], work.yaw[i]
-        position[0, k, 0], position[0, k, 1] = work.position[i, 0], work.position[i, 1]
-        for axis in range(3):
-            sides[0, k, axis] = scenery.log_sides[i, axis]
-    return Seen(number, np.zeros((1, 2)), position, yaw, sides, category, order)
-
-
-@compiled
-def labels(b: int, batch: Batch, scenery: Scenery) -> Known:
-    """The labels where they are believed to be, as `known_at` has them."""
-    m = len(scenery.kind)
-    return Known(
-        batch.believed[b].reshape(1, m, 2),
-        batch.facing[b].reshape(1, m),
-        scenery.kind,
-        scenery.size_of,
-        scenery.sides,
+@compiled(inline="always")
+def sight_of(scenery: Scenery, work: Work) -> Sight:
+    """Room to identify what is seen, from left to right, as `seen_at` has it."""
+    m, kinds = len(scenery.kind), 0
+    for kind in scenery.kind:
+        kinds = max(kinds, kind + 1)
+    seen = Seen(
+        np.empty(1, dtype=np.int64),
+        np.zeros((1, 2)),
+        work.position.reshape(1, m, 2),
+        work.yaw.reshape(1, m),
+        scenery.log_sides.reshape(1, m, 3),
+        scenery.kind.reshape(1, m),
+        work.order.reshape(1, m),
+    )
+    answer = Answer(
+        np.empty((1, m), dtype=np.int64),
+        np.empty((1, m)),
+        np.empty(1, dtype=np.int64),
+        np.empty(1, dtype=np.bool_),
+        np.empty((0, m)),
+        np.empty((0, m), dtype=np.int64),
+        np.empty((0, 0, 0)),
+    )
+    return Sight(
+        seen,
         np.zeros(m, dtype=np.int64),
         np.empty((0, 2)),
         np.arange(m).reshape(1, m),
+        answer,
+        workspace_for(m, m, True, max(kinds, len(scenery.sides))),
     )
 
 
-@compiled
-def unanswered(count: int) -> Answer:
-    """Room for the answer on one snapshot, without margins and costs."""
-    label, runner_up = np.empty((1, count), dtype=np.int64), np.empty((0, count), dtype=np.int64)
-    label[:] = UNKNOWN
-    candidates, widened = np.empty(1, dtype=np.int64), np.empty(1, dtype=np.bool_)
-    cost, margin = np.empty((1, count)), np.empty((0, count))
-    return Answer(label, cost, candidates, widened, margin, runner_up, np.empty((0, 0, 0)))
+@compiled(inline="always")
+def labels(b: int, batch: Batch, scenery: Scenery, sight: Sight) -> Known:
+    """The labels where they are believed to be, as `known_at` has them."""
+    return Known(
+        batch.believed[b : b + 1],
+        batch.facing[b : b + 1],
+        scenery.kind,
+        scenery.size_of,
+        scenery.sides,
+        sight.site,
+        sight.sites,
+        sight.order,
+    )

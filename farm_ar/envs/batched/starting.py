@@ -9,10 +9,24 @@ import numpy as np
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.envs.batched import streams
 from farm_ar.envs.batched.numpy_functions import arctan2
-from farm_ar.envs.batched.state import ANYWHERE, ON_PATH, Choices, Scenery, Work
+from farm_ar.envs.batched.state import (
+    ANYWHERE,
+    ON_PATH,
+    STILL,
+    Batch,
+    Choices,
+    Given,
+    Herds,
+    Scenery,
+    Table,
+    Work,
+)
 from farm_ar.envs.batched.streams import Stream
 from farm_ar.envs.generator import RESTARTS, TRIES
 from farm_ar.envs.placement import Clearance, Placement, Strewing, strew
+from farm_ar.envs.table import Objects, introduce, line_up
+from farm_ar.game_logic.animals.routes import PATH_SPREAD_M
+from farm_ar.geometry.angles import wrap_angle
 from farm_ar.geometry.camera import Eye
 from farm_ar.kernels import compiled
 
@@ -115,3 +129,54 @@ def draw_camera(stream: Stream, eye: Eye, choices: Choices, scenery: Scenery, wo
 def between(stream: Stream, low: float, high: float) -> float:
     """`Generator.uniform`."""
     return low + (high - low) * streams.uniform(stream)
+
+
+@compiled(inline="always")
+def objects_of(b: int, batch: Batch) -> Objects:
+    """The objects of one environment as they are met."""
+    return Objects(batch.number[b], batch.kind[b], batch.fixed[b], batch.rivals[b])
+
+
+@compiled(inline="always")
+def begin(
+    b: int, batch: Batch, choices: Choices, scenery: Scenery, herds: Herds, given: Given, work: Work
+) -> None:
+    """Begin an episode, up to the animals, as `FarmToTableEnv.reset` does."""
+    table, eye, m = batch.tables[b], batch.eyes[b], len(scenery.kind)
+    if given.has[0]:
+        work.position[:], work.yaw[:] = given.position, given.yaw
+    elif choices.layouts == STILL:
+        work.position[:], work.yaw[:] = scenery.position, scenery.yaw
+    else:
+        draw_layout(table.stream, choices, scenery, work)
+    if given.has[1]:
+        batch.eyes[b] = given.eyes[0]
+    else:
+        batch.eyes[b] = scenery.eyes[0]
+        draw_camera(table.stream, eye, choices, scenery, work)
+    for i in range(m):
+        body = batch.bodies[b, i]
+        body.x, body.z = work.position[i, 0], work.position[i, 1]
+        body.angle = -(wrap_angle(work.yaw[i]) if choices.game else work.yaw[i])
+        batch.believed[b, i, 0], batch.believed[b, i, 1] = body.x, body.z
+        batch.facing[b, i], batch.holder[b, i] = work.yaw[i], i
+    if choices.game:
+        for k in range(herds.spread.shape[1]):
+            for i in range(herds.spread.shape[2]):
+                herds.spread[b, k, i] = PATH_SPREAD_M * streams.normal(table.stream)
+        herds.clocks[b].astray = 0
+        herds.start[b], herds.start_yaw[b] = work.position, work.yaw
+    line_up(eye, work.position, scenery.kind, scenery.fixed, np.empty(m), work.order)
+    introduce(work.order, scenery.kind, scenery.fixed, objects_of(b, batch))
+    batch.pose[b] = np.nan
+    state = batch.states[b]
+    state.metres, state.radians, state.changes, state.ticks = 0.0, 0.0, 0, 0
+    table.visits_left, table.accuracy, table.over, table.wrong = choices.visits, 1.0, False, 0
+    begin_visit(table, choices)
+
+
+@compiled(inline="always")
+def begin_visit(table: Table, choices: Choices) -> None:
+    """A whole budget and all moves."""
+    table.metres, table.radians, table.effort = choices.budget_m, choices.budget_rad, choices.budget
+    table.moves_left = choices.moves

@@ -12,7 +12,7 @@ from farm_ar.game_logic.animals.curve_intersection import Footprint
 from farm_ar.game_logic.animals.routes import Route
 from farm_ar.game_logic.physics.state import Body, Limits, State
 from farm_ar.geometry.camera import Eye
-from farm_ar.reid.assignment import Rule
+from farm_ar.reid.assignment import Answer, Rule, Seen, Workspace
 from farm_ar.structs import Struct, Structs
 
 DONE, ACT, LATE, PLAY, CLOSE, BEGIN, WARM_UP, SHOW = range(8)
@@ -341,3 +341,23 @@ class Work(NamedTuple):
     changed: BoolArray
     stray: BoolArray
     limits: Structs[Limits]
+
+
+class Sight(NamedTuple):
+    """What a thread identifies a snapshot in, of all M objects.
+
+    Args:
+        seen: the detections: views of what it works in.
+        site: (M,) zeros: there are no sites.
+        sites: (0, 2).
+        order: (1, M) of the labels.
+        answer: room for it.
+        space: to work in.
+    """
+
+    seen: Seen
+    site: IntArray
+    sites: FloatArray
+    order: IntArray
+    answer: Answer
+    space: Workspace

@@ -305,7 +305,7 @@ class BatchedVectorEnv(VectorEnv[Any, Any, Any]):
         return sum(self._pool.map(lambda pair: part(*pair), pairwise(ends)))
 
     def _checked(self, actions: Any) -> Any:
-        """(B, D) the actions as numbers, if they can be carried out.
+        """(B, D) the actions as numbers, if they can be carried out, but where an episode begins instead.
 
         Raises:
             gymnasium.error.InvalidAction: they cannot.
@@ -320,8 +320,9 @@ class BatchedVectorEnv(VectorEnv[Any, Any, Any]):
         right = np.isfinite(values)
         if self._most is not None:
             right = (values >= 0) & (values < self._most)
+        right = right.reshape(self.num_envs, -1).all(axis=1) | self._over  # of these only a reset comes
         if not right.all():
-            b = int(np.flatnonzero(~right.reshape(self.num_envs, -1).all(axis=1))[0])
+            b = int(np.flatnonzero(~right)[0])
             raise gym.error.InvalidAction(f"actions[{b}]: must be in {space}, got {given[b].tolist()}")
         return values.reshape(self.num_envs, -1)
 

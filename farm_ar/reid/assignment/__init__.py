@@ -26,6 +26,7 @@ from farm_ar.reid.assignment.solvers import (
     solve_lsap,
     solve_mip,
 )
+from farm_ar.reid.assignment.workspace import Workspace, workspace_for
 
 __all__ = [
     "SOLVERS",
@@ -35,6 +36,7 @@ __all__ = [
     "Known",
     "Rule",
     "Seen",
+    "Workspace",
     "assess",
     "assess_objects",
     "assign",
@@ -53,4 +55,5 @@ __all__ = [
     "solve_assignment",
     "solve_lsap",
     "solve_mip",
+    "workspace_for",
 ]

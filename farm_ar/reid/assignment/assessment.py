@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.kernels import compiled
-from farm_ar.reid.assignment.optimum import assign_most, find_margins
+from farm_ar.reid.assignment.optimum import assign_most_in, find_margins_in
 from farm_ar.reid.assignment.problem import Answer, Known, Rule, Seen
+from farm_ar.reid.assignment.workspace import Workspace, workspace_for
 from farm_ar.reid.pruning import choose_candidates, sites_kept
 from farm_ar.scenes import UNKNOWN
 
@@ -112,16 +113,49 @@ def pose_cost(
     return float(translation_weight * np.sqrt(dx * dx + dz * dz) + rotation_weight * turn)
 
 
+@compiled
+def size_factor(sides: FloatArray, label_sides: FloatArray) -> float:
+    """By how much a difference of sizes multiplies a cost (Eq. 6), of sorted logarithms of the sides (3,)."""
+    factor = np.exp(
+        abs(sides[0] - label_sides[0]) + abs(sides[1] - label_sides[1]) + abs(sides[2] - label_sides[2])
+    )
+    return 1.0 if np.isnan(factor) else float(factor)  # a size that is not known
+
+
+@compiled
+def cost_of_moving(
+    dx: float,
+    dz: float,
+    half: tuple[float, float],
+    label_half: tuple[float, float],
+    translation_weight: float,
+    rotation_weight: float,
+) -> float:
+    """Cost of a way and a turn (Eqs. 4 and 5), of sine and cosine of half of both yaws."""
+    turn = abs(half[0] * label_half[1] - half[1] * label_half[0])
+    if np.isnan(turn):
+        turn = 0.0
+    return float(translation_weight * np.sqrt(dx * dx + dz * dz) + rotation_weight * turn)
+
+
+@compiled(inline="always")
+def halve_yaws(yaw: FloatArray, space: Workspace) -> None:
+    """Fill in sine and cosine of half of the yaws (M,) of labels."""
+    for label in range(len(yaw)):
+        half = yaw[label] / 2
+        space.half_sine[label], space.half_cosine[label] = np.sin(half), np.cos(half)
+
+
 @compiled(inline="always")
 def fill_costs(
     seen: Seen,
     known: Known,
     rule: Rule,
     b: int,
-    half_turn: FloatArray,
     rows: IntArray,
     columns: IntArray,
     cost: FloatArray,
+    space: Workspace,
 ) -> None:
     """Fill in what it costs to give labels to detections of one snapshot (Eqs. 4 to 7).
 
@@ -130,44 +164,44 @@ def fill_costs(
         known: the labels.
         rule: the weights and terms.
         b: the snapshot.
-        half_turn: (2, M) sine and cosine of half of each label's yaw.
         rows: (n,) indices of the detections.
         columns: (m,) indices of the labels.
         cost: (n, m) filled; infinite where categories must agree and do not.
+        space: knows sine and cosine of half of the labels' yaws.
     """
-    dimension = np.empty(len(known.sides))
-    dimension[:] = 1.0
+    dimension = space.dimension
+    dimension[: len(known.sides)] = 1.0
     place = known.position[b % len(known.position)]
     sides, codes = seen.sides[b % len(seen.sides)], seen.category[b % len(seen.category)]
     for row in range(len(rows)):
         i = rows[row]
         x, z = seen.position[b, i, 0], seen.position[b, i, 1]
-        sine, cosine = np.sin(seen.yaw[b, i] / 2), np.cos(seen.yaw[b, i] / 2)
+        half = (np.sin(seen.yaw[b, i] / 2), np.cos(seen.yaw[b, i] / 2))
         if rule.compare_sizes:
-            for u in range(len(dimension)):
-                dimension[u] = np.exp(
-                    abs(sides[i, 0] - known.sides[u, 0])
-                    + abs(sides[i, 1] - known.sides[u, 1])
-                    + abs(sides[i, 2] - known.sides[u, 2])
-                )
-                if np.isnan(dimension[u]):  # a size that is not known
-                    dimension[u] = 1.0
+            for u in range(len(known.sides)):
+                dimension[u] = size_factor(sides[i], known.sides[u])
         gate = rule.gate and codes[i] != UNKNOWN
         for k in range(len(columns)):
             j = columns[k]
             if gate and known.category[j] != codes[i]:
                 cost[row, k] = np.inf
                 continue
-            dx, dz = x - place[j, 0], z - place[j, 1]
-            turn = abs(sine * half_turn[1, j] - cosine * half_turn[0, j])
-            if np.isnan(turn):
-                turn = 0.0
-            moved = rule.translation_weight * np.sqrt(dx * dx + dz * dz) + rule.rotation_weight * turn
+            label_half = (space.half_sine[j], space.half_cosine[j])
+            moved = cost_of_moving(
+                x - place[j, 0],
+                z - place[j, 1],
+                half,
+                label_half,
+                rule.translation_weight,
+                rule.rotation_weight,
+            )
             cost[row, k] = dimension[known.kind[j]] * moved
 
 
 @compiled(inline="always")
-def give_labels(cost: FloatArray, b: int, rows: IntArray, columns: IntArray, answer: Answer) -> None:
+def give_labels(
+    cost: FloatArray, b: int, rows: IntArray, columns: IntArray, answer: Answer, space: Workspace
+) -> None:
     """Solve (Eq. 8) for some detections and labels of one snapshot, with their margins where asked for.
 
     Args:
@@ -176,19 +210,20 @@ def give_labels(cost: FloatArray, b: int, rows: IntArray, columns: IntArray, ans
         rows: (n,) indices of the detections.
         columns: (m,) indices of the labels.
         answer: filled.
+        space: to work in.
     """
-    n, m = cost.shape
-    column_of = np.empty(n, dtype=np.int64)
-    assign_most(cost, column_of, np.empty(n), np.empty(m + n))
+    n, column_of = len(cost), space.column_of
+    assign_most_in(cost, space)
     for row in range(n):
         if column_of[row] != UNKNOWN:
             answer.label[b, rows[row]] = columns[column_of[row]]
             answer.cost[b, rows[row]] = cost[row, column_of[row]]
     if len(answer.margin):
-        margin, other = find_margins(cost, column_of)
+        find_margins_in(cost, space)
         for row in range(n):
-            answer.margin[b, rows[row]] = margin[row]
-            answer.runner_up[b, rows[row]] = UNKNOWN if other[row] == UNKNOWN else columns[other[row]]
+            other = space.runner_up[row]
+            answer.margin[b, rows[row]] = space.margin[row]
+            answer.runner_up[b, rows[row]] = UNKNOWN if other == UNKNOWN else columns[other]
 
 
 @compiled
@@ -197,55 +232,59 @@ def assess_batch(seen: Seen, known: Known, rule: Rule, answer: Answer) -> None:
 
     Where all categories are known and kept apart, each is solved by itself.
     """
-    b_total, k_max = seen.yaw.shape
-    m_total, s_total = len(known.category), len(known.sites)
-    order, rank = np.empty(s_total, dtype=np.int64), np.empty(max(s_total, 1), dtype=np.int64)
-    rank[0] = 0
-    chosen, columns = np.empty(m_total, dtype=np.int64), np.empty(m_total, dtype=np.int64)
-    rows, every = np.empty(k_max, dtype=np.int64), np.empty(max(k_max, m_total), dtype=np.int64)
-    for i in range(len(every)):
-        every[i] = i
+    k_max, m_total = seen.yaw.shape[1], len(known.category)
+    others = max(len(known.sites), len(known.sides))
+    for code in known.category:
+        others = max(others, code + 1)
+    space = workspace_for(k_max, m_total, len(answer.margin) > 0, others)
+    for b in range(len(seen.yaw)):
+        assess_one(b, seen, known, rule, answer, space)
+
+
+@compiled
+def assess_one(b: int, seen: Seen, known: Known, rule: Rule, answer: Answer, space: Workspace) -> None:
+    """`assess_batch` of one snapshot, after those before it, in a workspace for detections and labels."""
+    k_max, m_total, s_total = seen.yaw.shape[1], len(known.category), len(known.sites)
     categories = 0
     for code in known.category:
         categories = max(categories, code + 1)
-    detected = np.empty(categories + 1, dtype=np.int64)
-    costs = np.empty(k_max * m_total)
-    half_turn = np.empty((2, m_total))
-    for b in range(b_total):
-        if b == 0 or len(known.yaw) > 1:
-            for label in range(m_total):
-                half = known.yaw[b % len(known.yaw), label] / 2
-                half_turn[0, label], half_turn[1, label] = np.sin(half), np.cos(half)
-        turns, codes = seen.order[b % len(seen.order)], seen.category[b % len(seen.category)]
-        n = seen.number[b]
-        detected[:] = 0
+    if b == 0 or len(known.yaw) > 1:
+        halve_yaws(known.yaw[b % len(known.yaw)], space)
+    rows, columns, chosen = space.rows, space.columns, space.chosen
+    detected, offered = space.detected[: categories + 1], space.offered[: categories + 1]
+    turns, codes = seen.order[b % len(seen.order)], seen.category[b % len(seen.category)]
+    n = seen.number[b]
+    detected[:] = 0
+    for row in range(n):
+        detected[codes[turns[row]]] += 1
+    kept, rank = 1, space.site_rank[: max(s_total, 1)]
+    rank[0] = 0
+    if s_total:
+        order = space.site_order
+        kept = sites_kept(seen.camera[b % len(seen.camera)], known.sites, rule.threshold, order)
+        for place in range(s_total):
+            rank[order[place]] = place
+    m, answer.widened[b] = choose_candidates(known, b, detected, rule.gate, rank, kept, chosen, offered)
+    answer.candidates[b] = m
+    apart = rule.gate and detected[categories] == 0
+    for code in range(categories if apart else 1):
+        height, width = 0, 0
         for row in range(n):
-            detected[codes[turns[row]]] += 1
-        kept = 1
-        if s_total:
-            kept = sites_kept(seen.camera[b % len(seen.camera)], known.sites, rule.threshold, order)
-            for place in range(s_total):
-                rank[order[place]] = place
-        m, answer.widened[b] = choose_candidates(known, b, detected, rule.gate, rank, kept, chosen)
-        answer.candidates[b] = m
-        apart = rule.gate and detected[categories] == 0
-        for code in range(categories if apart else 1):
-            height, width = 0, 0
-            for row in range(n):
-                if not apart or codes[turns[row]] == code:
-                    rows[height] = turns[row]
-                    height += 1
-            if height == 0:
-                continue
-            for k in range(m):
-                if not apart or known.category[chosen[k]] == code:
-                    columns[width] = chosen[k]
-                    width += 1
-            cost = costs[: height * width].reshape(height, width)
-            fill_costs(seen, known, rule, b, half_turn, rows[:height], columns[:width], cost)
-            give_labels(cost, b, rows[:height], columns[:width], answer)
-        if len(answer.costs):
-            fill_costs(seen, known, rule, b, half_turn, every[:k_max], every[:m_total], answer.costs[b])
+            if not apart or codes[turns[row]] == code:
+                rows[height] = turns[row]
+                height += 1
+        if height == 0:
+            continue
+        for k in range(m):
+            if not apart or known.category[chosen[k]] == code:
+                columns[width] = chosen[k]
+                width += 1
+        cost = space.cost[: height * width].reshape(height, width)
+        fill_costs(seen, known, rule, b, rows[:height], columns[:width], cost, space)
+        give_labels(cost, b, rows[:height], columns[:width], answer, space)
+    if len(answer.costs):
+        every = space.every
+        fill_costs(seen, known, rule, b, every[:k_max], every[:m_total], answer.costs[b], space)
 
 
 @compiled(inline="always")

@@ -6,6 +6,7 @@ import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.kernels import compiled
+from farm_ar.reid.assignment.workspace import Workspace, workspace_for
 from farm_ar.scenes import UNKNOWN
 
 
@@ -23,13 +24,19 @@ def assign(cost: FloatArray, column_of: IntArray, row_dual: FloatArray, column_d
         column_dual: (m,) filled with the optimal duals of the columns, none positive.
     """
     n, m = cost.shape
-    row_of = np.empty(m, dtype=np.int64)
-    row_of[:] = -1
-    distance = np.empty(m)
-    previous = np.empty(m, dtype=np.int64)
-    order = np.empty(m, dtype=np.int64)
-    column_of[:] = -1
-    column_dual[:] = 0.0
+    space = workspace_for(n, m, False, 0)
+    assign_in(cost, space)
+    column_of[:], row_dual[:] = space.column_of[:n], space.row_dual[:n]
+    column_dual[:] = space.column_dual[:m]
+
+
+@compiled
+def assign_in(cost: FloatArray, space: Workspace) -> None:
+    """`assign`, in a workspace: `column_of`, `row_dual` and `column_dual` of it are filled."""
+    n, m = cost.shape
+    row_of, previous, order, distance = space.row_of, space.previous, space.order, space.distance
+    column_of, row_dual, column_dual = space.column_of, space.row_dual, space.column_dual
+    row_of[:m], column_dual[:m], column_of[:n] = -1, 0.0, -1
     for row in range(n):
         best = 0
         for j in range(1, m):
@@ -97,6 +104,16 @@ def assign_most(cost: FloatArray, column_of: IntArray, row_dual: FloatArray, col
         column_dual: (m + n,) filled with the optimal duals of the columns.
     """
     n, m = cost.shape
+    space = workspace_for(n, m + n, False, 0)
+    assign_most_in(cost, space)
+    column_of[:], row_dual[:] = space.column_of[:n], space.row_dual[:n]
+    column_dual[:] = space.column_dual[: m + n]
+
+
+@compiled
+def assign_most_in(cost: FloatArray, space: Workspace) -> None:
+    """`assign_most`, in a workspace for its n rows and m columns."""
+    n, m = cost.shape
     highest, all_finite = 0.0, True
     for i in range(n):
         for j in range(m):
@@ -105,7 +122,7 @@ def assign_most(cost: FloatArray, column_of: IntArray, row_dual: FloatArray, col
             else:
                 all_finite = False
     if n <= m and all_finite:
-        assign(cost, column_of, row_dual, column_dual[:m])
+        assign_in(cost, space)
         return
     prohibitive = (n + 1) * (highest + 1.0)
     widened = np.empty((n, m + n))
@@ -113,10 +130,10 @@ def assign_most(cost: FloatArray, column_of: IntArray, row_dual: FloatArray, col
     for i in range(n):
         for j in range(m):
             widened[i, j] = cost[i, j] if np.isfinite(cost[i, j]) else 2 * prohibitive
-    assign(widened, column_of, row_dual, column_dual)
+    assign_in(widened, space)
     for i in range(n):
-        if column_of[i] >= m:
-            column_of[i] = UNKNOWN
+        if space.column_of[i] >= m:
+            space.column_of[i] = UNKNOWN
 
 
 def margins(cost: FloatArray, column: IntArray) -> FloatArray:
@@ -159,19 +176,32 @@ def find_margins(cost: FloatArray, column: IntArray) -> tuple[FloatArray, IntArr
     for least. The arcs carry plain cost differences: an optimal assignment has no negative cycle, so Floyd
     and Warshall's method needs no duals.
     """
-    m = cost.shape[1]
-    rows, n = np.empty(len(cost), dtype=np.int64), 0
-    for i in range(len(cost)):
+    n, m = cost.shape
+    space = workspace_for(n, m, True, 0)
+    space.column_of[:n] = column
+    find_margins_in(cost, space)
+    return space.margin[:n].copy(), space.runner_up[:n].copy()
+
+
+@compiled
+def find_margins_in(cost: FloatArray, space: Workspace) -> None:
+    """`find_margins` of `column_of`, in a workspace: `margin` and `runner_up` of it are filled."""
+    height, m = cost.shape
+    column, rows, n = space.column_of, space.placed, 0
+    for i in range(height):
         if column[i] >= 0:
             rows[n] = i
             n += 1
     free, empty = n, n + 1
-    nodes = n + 1 if n == len(cost) else n + 2
-    taken = np.zeros(m, dtype=np.bool_)
+    nodes = n + 1 if n == height else n + 2
+    taken, nearest, length, direct = space.taken, space.nearest, space.paths[0], space.paths[1]
+    taken[:m] = 0
     for a in range(n):
-        taken[column[rows[a]]] = True
-    length, nearest = np.empty((nodes, nodes)), np.empty(n, dtype=np.int64)
-    length[:], nearest[:] = np.inf, UNKNOWN
+        taken[column[rows[a]]] = 1
+    nearest[:n] = UNKNOWN
+    for a in range(nodes):
+        for b in range(nodes):
+            length[a, b] = np.inf
     for a in range(n):
         i = rows[a]
         own = cost[i, column[i]]
@@ -179,30 +209,32 @@ def find_margins(cost: FloatArray, column: IntArray) -> tuple[FloatArray, IntArr
             if b != a:
                 length[a, b] = cost[i, column[rows[b]]] - own
         for j in range(m):
-            if not taken[j] and cost[i, j] - own < length[a, free]:
+            if taken[j] == 0 and cost[i, j] - own < length[a, free]:
                 length[a, free] = cost[i, j] - own
                 nearest[a] = j
         length[free, a] = 0.0
         if nodes > empty:
             length[a, empty] = -own
-            for other in range(len(cost)):
+            for other in range(height):
                 if column[other] < 0:
                     length[empty, a] = min(length[empty, a], cost[other, column[i]])
-    direct = length.copy()
+    for a in range(nodes):
+        for b in range(nodes):
+            direct[a, b] = length[a, b]
     for k in range(nodes):
         for a in range(nodes):
+            if length[a, k] == np.inf:
+                continue  # no way goes there
             for b in range(nodes):
                 length[a, b] = min(length[a, b], length[a, k] + length[k, b])
-    result, runner_up = np.empty(len(cost)), np.empty(len(cost), dtype=np.int64)
-    result[:], runner_up[:] = np.nan, UNKNOWN
+    space.margin[:height], space.runner_up[:height] = np.nan, UNKNOWN
     for a in range(n):
-        rise = np.inf
+        rise, other = np.inf, UNKNOWN
         for k in range(nodes):
             if k != a and direct[a, k] + length[k, a] < rise:
                 rise = direct[a, k] + length[k, a]
                 if k < n:
-                    runner_up[rows[a]] = column[rows[k]]
+                    other = column[rows[k]]
                 else:
-                    runner_up[rows[a]] = nearest[a] if k == free else UNKNOWN
-        result[rows[a]] = max(rise, 0.0)
-    return result, runner_up
+                    other = nearest[a] if k == free else UNKNOWN
+        space.margin[rows[a]], space.runner_up[rows[a]] = max(rise, 0.0), other

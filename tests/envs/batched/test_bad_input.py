@@ -107,3 +107,18 @@ def test_what_is_closed_is_not_played():
     for use in (batch.reset, lambda: batch.step(np.array([0]))):
         with pytest.raises(gym.error.ClosedEnvironmentError):
             use()
+
+
+@pytest.mark.parametrize("nothing", [np.nan, np.inf])
+def test_an_action_of_an_episode_that_begins_anew_is_not_looked_at(nothing):
+    envs = BatchedVectorEnv(2, action="continuous", carry="lift", moves=1, play_seconds=0.0)
+    envs.reset(seed=0, options=None)
+    moves = np.zeros((2, 5), dtype=np.float32)
+    assert envs.step(moves)[2].all()
+    moves[:] = nothing
+    seen, rewards, over, _, _ = envs.step(moves)
+    assert not over.any()
+    assert not rewards.any()
+    assert np.isfinite(seen["position"]).all()
+    with pytest.raises(gym.error.InvalidAction, match=r"^actions\[0\]: must be in Box"):
+        envs.step(moves)

@@ -4,7 +4,8 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from farm_ar.envs.batched import BatchedVectorEnv, NotBatchedWarning
+from farm_ar.envs import FarmToTableEnv
+from farm_ar.envs.batched import BatchedVectorEnv, NotBatchedWarning, entry_point
 from farm_ar.errors import OptionError
 from farm_ar.reid import SpatialReid
 
@@ -57,6 +58,26 @@ def test_several_that_cannot_be_batched_have_processes_of_their_own():
         envs = gym.make_vec("FarmToTable-v0", num_envs=2, play_seconds=0.0)
     assert isinstance(envs, gym.vector.AsyncVectorEnv)
     envs.close()
+
+
+def test_kernels_are_compiled_before_processes_start(monkeypatch):
+    played = []
+
+    class Watched(FarmToTableEnv):
+        def step(self, action):
+            played.append("step")
+            return super().step(action)
+
+    def start(environments, **options):
+        played.append(f"start {len(environments)}")
+
+    monkeypatch.setattr(entry_point, "FarmToTableEnv", Watched)
+    monkeypatch.setattr(entry_point, "AsyncVectorEnv", start)
+    monkeypatch.setattr(start, "__name__", "AsyncVectorEnv")
+    monkeypatch.setattr(entry_point, "processors", lambda: 2)
+    with pytest.warns(NotBatchedWarning):
+        entry_point.make_vector_env(3, play_seconds=0.0, render_mode="rgb_array")
+    assert played == ["step", "start 3"]
 
 
 @pytest.mark.parametrize(
