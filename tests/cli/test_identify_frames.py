@@ -154,7 +154,10 @@ def test_an_anchor_is_one_pose_as_each_file_gives_it(run, before, tmp_path, else
     [
         (
             ("--anchor", "1,2,3"),
-            f"{NO_ANCHOR} given as X,Z,YAW_DEG=X,Z,YAW_DEG, of the snapshot's",
+            (
+                f"{NO_ANCHOR} given as X,Z,YAW_DEG=X,Z,YAW_DEG, of the snapshot's file and of the scene's, "
+                "got '1,2,3'"
+            ),
         ),
         (
             ("--anchor", "1,2=1,2"),

@@ -61,7 +61,8 @@ def test_it_goes_through_files_and_tables_and_comes_back(tmp_path):
 def test_the_other_methods_say_that_they_need_all_or_none(name):
     # spatial-unity, as its program is, does not ask which category a detection has.
     with pytest.raises(
-        SceneError, match=r"objects\[2\].category: must be given, as other objects have one: only"
+        SceneError,
+        match=r"objects\[2\].category: must be given, as other objects have one: only .*, got nothing",
     ):
         REIDENTIFIERS[name](scene()).identify(seen(("chair",), [0]))
     assert REIDENTIFIERS[name](scene().unnamed()).identify(seen((None,), [0])) is not None

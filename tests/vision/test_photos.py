@@ -107,7 +107,7 @@ def test_a_camera_that_cannot_be_is_refused_in_one_line(tmp_path, changes, said)
 def test_a_camera_without_height_is_refused():
     data = camera()
     del data["camera"]["y"]
-    with pytest.raises(SnapshotError, match="height of the eye"):
+    with pytest.raises(SnapshotError, match="height of the eye above the plane, got nothing"):
         image_camera_from_dict(data)
 
 
