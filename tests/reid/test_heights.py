@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from farm_ar.reid import REIDENTIFIERS, SpatialReid, explain
+from farm_ar.reid import REIDENTIFIERS, SpatialOptions, SpatialReid, explain
 from farm_ar.reid.spatial import HEIGHTS_COUNT
 from farm_ar.scenes import Camera, Detections, FieldOfView, Layout, Scene, Snapshot, SnapshotBatch
 
@@ -62,6 +62,15 @@ def test_labels_that_are_chosen_cost_what_they_cost_among_all() -> None:
     np.testing.assert_allclose(
         costs.matrix(detections, chosen), costs.matrix(detections)[:, chosen], rtol=1e-13
     )
+
+
+def test_a_proven_answer_counts_heights_too() -> None:
+    scene = shelf([0.0, 0.5, 1.0])
+    snapshot = seen(scene, [2, 0, 1], off=0.03, height=0.01)
+    plain = SpatialReid(scene).identify(snapshot)
+    proven = SpatialReid(scene, SpatialOptions(certify=True)).identify(snapshot)
+    assert proven.labels == plain.labels == ("c", "a", "b")
+    np.testing.assert_allclose(proven.cost, plain.cost)
 
 
 def test_a_difference_in_height_costs_what_a_shift_as_long_does() -> None:
