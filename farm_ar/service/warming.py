@@ -16,7 +16,8 @@ def warm_up() -> None:
         {"category": layout.category[i], "x": x, "z": z, "yaw_deg": 0, "size_whd": layout.size[i].tolist()}
         for i, (x, z) in enumerate(layout.position.tolist())
     ]
-    camera = {"x": 0.1, "z": 0.1, "yaw_deg": 45}
+    everything = {"fov_left_deg": 180, "fov_right_deg": 180, "range_m": 100}  # else the check ends early
+    camera = {"x": 0.1, "z": 0.1, "yaw_deg": 45, **everything}
     snapshot: Snapshot = snapshot_from_dict({"camera": camera, "detections": seen})
     snapshot_to_dict(snapshot)
     for name in ("spatial", "likelihood", "adaptive"):

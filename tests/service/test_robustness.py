@@ -22,12 +22,14 @@ from farm_ar.service.limits import ServiceLimits
 from farm_ar.service.refusals import RefusedError
 from farm_ar.service.service import Service
 from farm_ar.service.store import Store
+from farm_ar.service.warming import warm_up
 from tests.service.conftest import Live, lab, layout_body, live, seen_in, served_anew, snapshot_body
 
 Values = dict[str, Any]
 
 
 def test_no_request_that_the_schema_allows_or_not_breaks_it() -> None:
+    warm_up()  # as the command does: a request is waited for 10 s, and compiling may take longer
     for one in live(ServiceLimits(most_sessions=20)):
         _ask_anything(one)
 
