@@ -3,7 +3,14 @@
 import numpy as np
 import pytest
 
-from farm_ar.experiments.intervals import Sums, difference_of, interval_of, interval_of_mean, sums_of
+from farm_ar.experiments.intervals import (
+    Sums,
+    difference_of,
+    interval_of,
+    interval_of_mean,
+    resampled,
+    sums_of,
+)
 
 
 def test_the_mean_is_over_all_snapshots_and_missing_ones_do_not_count(rng):
@@ -64,3 +71,10 @@ def test_a_scene_of_one_layout_leaves_the_mean_without_an_interval(rng):
     found = interval_of_mean([one, more], rng)
     assert found.mean == pytest.approx(0.55)
     assert found.text == "0.550"
+
+
+def test_any_statistic_is_resampled_by_layouts():
+    values = np.repeat(np.random.default_rng(0).normal(size=(50, 1)), 9, axis=1)
+    found = resampled(values, lambda drawn: float(drawn.mean()), np.random.default_rng(1))
+    assert found.mean == values.mean()
+    assert found.high - found.low == pytest.approx(2 * 1.96 * values[:, 0].std() / 50**0.5, rel=0.25)
