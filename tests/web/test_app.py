@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import time
 import warnings
 
 import pytest
@@ -159,7 +160,10 @@ def test_a_page_that_does_not_read_misses_moments_but_nothing_that_is_said_once(
         table.viewers[object()] = waiting = asyncio.Queue()
         table.viewers[object()] = asyncio.Queue()
         clock = asyncio.create_task(table.run())
-        await asyncio.sleep((pages.BEHIND + 10) / STEPS_PER_SECOND)
+        end = time.monotonic() + 20
+        while waiting.qsize() < pages.BEHIND and time.monotonic() < end:
+            await asyncio.sleep(0.01)
+        await asyncio.sleep(10 / STEPS_PER_SECOND)
         clock.cancel()
         return waiting.qsize()
 

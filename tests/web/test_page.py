@@ -47,7 +47,7 @@ def test_dragging_freezes_leaving_looks_and_labels_follow(open_page) -> None:
     assert "Do you believe it" in page.page.locator("#news").inner_text()
     page.page.keyboard.press("t")
     assert page.page.locator("#truth").get_attribute("aria-pressed") == "true"
-    assert "Snapshot 1." in page.page.locator("#news").inner_text()
+    page.until(lambda: "Snapshot 1." in page.page.locator("#news").inner_text())
     assert not page.wrong
     assert all(url.startswith(("http://127.0.0.1:", "data:", "blob:")) for url in page.asked)
 
