@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from farm_ar.arrays import FloatArray
+from farm_ar.borrowing import borrowed
 from farm_ar.envs.batched import herds as animals
 from farm_ar.envs.batched.acting import act, fill_mask
 from farm_ar.envs.batched.looking import look, sight_of
@@ -37,6 +38,9 @@ from farm_ar.geometry.camera import Eye
 from farm_ar.kernels import compiled
 from farm_ar.reid.assignment import Workspace
 from farm_ar.structs import Structs, struct_dtype
+
+Everything = tuple[Batch, Scenery, Herds, Given, Output, Work, Sight]
+"""What environments consist of, and what a thread works in."""
 
 _EYE, _LIMITS, _STREAM = struct_dtype(Eye), struct_dtype(Limits), struct_dtype(Stream)
 
@@ -215,7 +219,17 @@ def advance(
         How many have not got through, because there was no room for more animals.
     """
     work = room_to_work(len(scenery.kind), tan)
-    sight, choices, lacking = sight_of(scenery, work), choice[0], 0
+    sight = sight_of(scenery, work)
+    everything = (batch, scenery, herds, given, output, work, sight)
+    return go_on(first, end, actions, choice, everything)
+
+
+@compiled
+def go_on(first: int, end: int, actions: FloatArray, choice: Structs[Choices], everything: Everything) -> int:
+    """`advance`, with all that it works on."""
+    actions, choice = borrowed(actions), borrowed(choice)
+    batch, scenery, herds, given, output, work, sight = borrowed(everything)
+    choices, lacking = choice[0], 0
     for b in range(first, end):
         table = batch.tables[b]
         if table.stage == LATE:  # there was no room for all

@@ -354,8 +354,15 @@ class BatchedVectorEnv(VectorEnv[Any, Any, Any]):
         """What episodes ended with that have been followed by others in this step."""
         output, rows = self._output, np.flatnonzero(over).tolist()
         seen, final = self._observed(output.last_numbers), np.full(self.num_envs, None, dtype=object)
-        for b in rows:
-            final[b] = seen[b] if self._flat else {name: values[b] for name, values in seen.items()}
+        if self._flat:
+            each: list[Any] = list(seen[over])
+        else:
+            each = [
+                dict(zip(seen, parts, strict=True))
+                for parts in zip(*(list(v[over]) for v in seen.values()), strict=True)
+            ]
+        for b, one in zip(rows, each, strict=True):
+            final[b] = one
         told = self._infos(output.last_reports, output.last_masks, over)
         return {"final_obs": final, "_final_obs": over.copy(), "final_info": told, "_final_info": over.copy()}
 

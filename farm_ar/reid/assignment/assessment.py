@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from farm_ar.arrays import FloatArray, IntArray
+from farm_ar.borrowing import borrowed
 from farm_ar.kernels import compiled
 from farm_ar.reid.assignment.optimum import assign_most_in, find_margins_in
 from farm_ar.reid.assignment.problem import Answer, Known, Rule, Seen
@@ -237,6 +238,13 @@ def assess_batch(seen: Seen, known: Known, rule: Rule, answer: Answer) -> None:
     for code in known.category:
         others = max(others, code + 1)
     space = workspace_for(k_max, m_total, len(answer.margin) > 0, others)
+    assess_all(seen, known, rule, answer, space)
+
+
+@compiled
+def assess_all(seen: Seen, known: Known, rule: Rule, answer: Answer, space: Workspace) -> None:
+    """`assess_batch`, in a workspace for the detections and labels of one snapshot."""
+    seen, known, answer, space = borrowed(seen), borrowed(known), borrowed(answer), borrowed(space)
     for b in range(len(seen.yaw)):
         assess_one(b, seen, known, rule, answer, space)
 
