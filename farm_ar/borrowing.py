@@ -15,6 +15,7 @@ Value = TypeVar("Value")
 
 _intrinsic: Any = intrinsic
 _overload: Any = overload
+_null: Any = cgutils.get_null_value
 
 
 def borrowed(value: Value) -> Value:
@@ -25,7 +26,7 @@ def borrowed(value: Value) -> Value:
     return value
 
 
-@_overload(borrowed)
+@_overload(borrowed)  # type: ignore[untyped-decorator]
 def _borrowed(value: Any) -> Any:
     def lend(value: Any) -> Any:
         return _without_owner(value)
@@ -45,12 +46,13 @@ def _stripped(context: Any, builder: Any, kind: Any, value: Any) -> Any:
     """A value of a Numba type in which no array has an owner."""
     if isinstance(kind, types.Array):
         array = context.make_array(kind)(context, builder, value)
-        array.meminfo = cgutils.get_null_value(array.meminfo.type)
-        array.parent = cgutils.get_null_value(array.parent.type)
+        array.meminfo = _null(array.meminfo.type)
+        array.parent = _null(array.parent.type)
         return array._getvalue()
     if isinstance(kind, types.BaseTuple):
+        parts: Any = kind
         items = [
-            _stripped(context, builder, kind[k], builder.extract_value(value, k)) for k in range(len(kind))
+            _stripped(context, builder, part, builder.extract_value(value, k)) for k, part in enumerate(parts)
         ]
         return context.make_tuple(builder, kind, items)
     return value
