@@ -319,6 +319,51 @@ def test_a_storm_of_events_leaves_no_broken_state(open_page) -> None:
     assert not page.wrong
 
 
+AXE = """async () => (await axe.run({ resultTypes: ["violations"] })).violations
+  .flatMap(({ id, nodes }) => nodes.map(({ target }) => `${id}: ${target}`))"""
+
+
+def test_no_mode_keeps_anybody_out(open_page, packages) -> None:
+    """What axe-core finds, at every stage of every mode and on a phone."""
+    axe = (packages / "node_modules" / "axe-core" / "axe.min.js").read_text()
+    page = open_page(shown=False, scripts=[axe])
+    inside, found = page.page, {}
+
+    def check(name: str) -> None:
+        if problems := inside.evaluate(AXE):
+            found[name] = problems
+
+    check("showing")
+    page.until(lambda: page.game.round.stage == "fooled")
+    check("fooled")
+    inside.click("#onward")
+    page.until(lambda: page.game.round.stage == "free")
+    for mode in ("guess", "tidy"):
+        inside.select_option("#mode", mode)
+        page.until(lambda mode=mode: page.game.round.mode == mode)
+        inside.wait_for_timeout(300)
+        check(mode)
+    page.until(lambda: page.game.round.stage == "tidy")
+    inside.select_option("#mode", "duel")
+    page.until(lambda: page.game.round.mode == "duel")
+    inside.click("#onward")
+    inside.wait_for_selector("#guesses select", timeout=60_000)
+    check("guess")
+    inside.locator("#guesses select").first.select_option(index=1)
+    inside.click("#onward")
+    page.until(lambda: page.game.round.stage == "answered")
+    inside.wait_for_selector("#answers strong")
+    check("answered")
+    inside.set_viewport_size({"width": 390, "height": 844})
+    check("on a phone")
+    inside.click("#gallery summary")
+    inside.click("#cards button >> nth=1")
+    inside.wait_for_selector("#player:not([hidden])", timeout=60_000)
+    check("a failure")
+    assert found == {}
+    assert not page.wrong
+
+
 class QuietHandler(SimpleHTTPRequestHandler):
     def log_message(self, *said: Any) -> None:
         pass

@@ -5,6 +5,9 @@ import * as THREE from "three";
 import { Pointing } from "./pointing.js";
 
 const NEAREST_M = 0.2;
+/** Least upward part of a surface's normal: no table stands on a wall or a ceiling. */
+const LEVEL = 0.9;
+const LOOK = "Look at a table or the floor, and select to put the game there.";
 
 /**
  * The table in a room, through a headset or a phone (WebXR, experimental).
@@ -52,12 +55,22 @@ export class Headset {
 
   /** Begin; called when the player has pressed the button. */
   async begin() {
+    if (this.session) return;
     const session = await /** @type {XRSystem} */ (navigator.xr).requestSession("immersive-ar", {
       requiredFeatures: ["hit-test", "local-floor"],
     });
     this.session = session;
-    this.placed = false;
     session.addEventListener("end", () => this.end());
+    try {
+      await this.enter(session);
+    } catch (problem) {
+      await session.end();
+      throw problem;
+    }
+  }
+
+  /** @param {XRSession} session that has just begun */
+  async enter(session) {
     session.addEventListener("select", () => this.put());
     session.addEventListener("selectstart", (event) => this.grip(event, true));
     session.addEventListener("selectend", (event) => this.grip(event, false));
@@ -65,13 +78,27 @@ export class Headset {
     this.renderer.xr.setReferenceSpaceType("local-floor");
     await this.renderer.xr.setSession(session);
     this.room = this.renderer.xr.getReferenceSpace();
+    this.room?.addEventListener("reset", () => this.search());
+    await this.search();
+  }
+
+  /** Have the player choose a place: at the beginning, and when the device has lost where things were. */
+  async search() {
+    const { session, room } = this;
+    if (!session || !room) return;
+    this.placed = this.ring.visible = false;
+    this.pointing.leave();
+    this.renderer.xr.setReferenceSpace(room);
+    this.found?.cancel();
+    this.found = null;
     const viewer = await session.requestReferenceSpace("viewer");
     this.found = (await session.requestHitTestSource?.({ space: viewer })) ?? null;
-    this.say("Look at a table or the floor, and select to put the game there.");
+    this.say(this.found ? LOOK : "This device finds no tables and no floor.");
   }
 
   end() {
     this.session = this.found = this.room = null;
+    this.placed = false;
     this.renderer.xr.enabled = false;
     this.pointing.leave();
     this.ended();
@@ -128,10 +155,11 @@ export class Headset {
     const hit = this.found && frame.getHitTestResults(this.found)[0];
     const pose = hit && this.room ? hit.getPose(this.room) : undefined;
     if (pose) this.ring.position.copy(/** @type {THREE.Vector3Like} */ (pose.transform.position));
+    const up = pose ? pose.transform.matrix[5] : 0; // of the normal, which is the pose's y axis
     const { x, y, z } = this.ring.position;
     // What is that near is no surface: some devices say so before they have found one.
     const far = this.eye !== null && Math.hypot(x - this.eye.x, y - this.eye.y, z - this.eye.z) > NEAREST_M;
-    this.ring.visible = pose !== undefined && far;
+    this.ring.visible = up > LEVEL && far;
   }
 
   /** Have the hand be where a controller points to. @param {XRFrame} frame */

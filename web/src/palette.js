@@ -19,9 +19,13 @@ export function colourOf(label) {
   return /** @type {Record<string, string>} */ (COLOURS)[word] ?? "#c8c8c8";
 }
 
-/** Black or white, whichever can be read on a colour. @param {string} colour */
+/** Black or white, whichever differs more from a colour by WCAG's luminance. @param {string} colour */
 export function inkOn(colour) {
   const value = Number.parseInt(colour.slice(1), 16);
-  const light = 0.3 * (value >> 16) + 0.59 * ((value >> 8) & 255) + 0.11 * (value & 255);
-  return light > 140 ? "#111" : "#fff";
+  const [r, g, b] = [value >> 16, (value >> 8) & 255, value & 255].map((part) => {
+    const share = part / 255;
+    return share <= 0.04045 ? share / 12.92 : ((share + 0.055) / 1.055) ** 2.4;
+  });
+  const light = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  return (light + 0.05) ** 2 > 1.05 * 0.05 ? "#000" : "#fff";
 }
