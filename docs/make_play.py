@@ -42,7 +42,7 @@ class Camera:
         self._page.wait_for_timeout(1000 * seconds)
 
     def save(self) -> None:
-        palette = self.pictures[-1].quantize(160, Image.Quantize.MAXCOVERAGE)
+        palette = self.pictures[-1].quantize(256, Image.Quantize.FASTOCTREE)
         first, *rest = [one.quantize(palette=palette, dither=Image.Dither.NONE) for one in self.pictures]
         between = zip(self._times, self._times[1:], strict=False)
         shown_ms = [round(1000 * (b - a)) for a, b in between] + [1500]
