@@ -26,11 +26,13 @@ def played(tmp_path: Path) -> Any:
     if shutil.which("node") is None:
         (pytest.fail if os.environ.get("FARM_AR_CLIENTS") == "all" else pytest.skip)("node is not installed")
 
-    def play(seed: int, pointers: list[Pointer], mode: str = "free") -> dict[str, Any]:
-        starts = [start_of(seed)]
+    def play(seed: int, pointers: list[Pointer], mode: str = "free", among: int = 1) -> dict[str, Any]:
+        starts = [start_of(seed)] if among == 1 else [start_of(k) for k in range(among)]
         told = [{"x": one.x, "z": one.z, "grip": one.grip, "turn": one.turn} for one in pointers]
         file = tmp_path / "pointers.json"
-        file.write_text(json.dumps({"starts": starts, "seed": 0, "mode": mode, "pointers": told}))
+        file.write_text(
+            json.dumps({"starts": starts, "seed": 0 if among == 1 else seed, "mode": mode, "pointers": told})
+        )
         done = subprocess.run(["node", RUNNER, file], capture_output=True, text=True, check=True)
         outcome: dict[str, Any] = json.loads(done.stdout)
         return outcome
@@ -79,6 +81,7 @@ def test_the_same_pointers_have_the_same_outcome_as_in_the_game_itself(played: A
     believed = game.world.believed
     np.testing.assert_allclose(np.array(mine["believed"])[:, :2], believed.position, atol=1e-6)
     assert mine["last"]["effort_cm"] == pytest.approx(game.state()["effort_cm"], abs=0.1)
+    assert mine["last"]["par_cm"] is None  # the page cannot prove any after a snapshot
 
 
 def test_it_shows_first_how_the_headset_is_fooled(played: Any) -> None:
@@ -90,3 +93,10 @@ def test_it_shows_first_how_the_headset_is_fooled(played: Any) -> None:
     taken = played(1, [*[Pointer()] * 20, Pointer(0.6, 0.3, grip=True), *[Pointer()] * 20], "show")
     assert taken["told"][-1] == {"kind": "round", "mode": "free", "stage": "free"}
     assert taken["last"]["visit_cm"] == 0
+    assert taken["last"]["par_cm"] == start_of(1)["state"]["par_cm"] is not None
+
+
+@pytest.mark.parametrize(("seed", "start"), [(1, 1), (2, 0), (-1, 1), (-2, 0)])
+def test_every_whole_seed_has_a_start(played: Any, seed: int, start: int) -> None:
+    told = played(seed, [Pointer()], among=2)["told"][0]
+    assert told["seed"] == start_of(start)["hello"]["seed"] == start

@@ -217,6 +217,7 @@ def test_there_is_no_par_while_the_headset_is_fooled() -> None:
     wait(game, 1.5)
     assert game.world.tracker.belief.wrong.any()
     assert game.par_cm is None
+    assert game.state()["wrong"] == []  # who plays is to ask
 
 
 def test_what_is_told_does_not_say_what_is_really_what_before_it_is_asked_for() -> None:

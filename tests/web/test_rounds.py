@@ -132,7 +132,9 @@ def test_pages_are_told_every_stage_once_and_those_who_come_later_the_last() -> 
     number = game.round.told()["in_view"][0]
     true = game.world.truth.labels[game.handles.object_of[number]]
     game.obey({"do": "guess", "labels": {str(number): "shed" if true != "shed" else "red-coop"}})
+    assert (game.round.stage, game.round.secret) == ("leaving", True)
     until(game, "answered")
+    assert not game.round.secret
     stages = [one.get("stage", one["kind"]) for one in news(game)]
     assert stages == ["moving", "guess", "leaving", "snapshot", "answered"]
     assert game.hello()["round"] == game.round.told()
