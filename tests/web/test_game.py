@@ -261,9 +261,12 @@ def test_handles_that_are_drawn_anew_tell_nothing_of_the_old_ones() -> None:
 @pytest.mark.parametrize("gaze", GAZES)
 def test_the_page_shows_in_its_first_seconds_how_the_headset_is_fooled(seed, gaze) -> None:
     game = Game(seed=seed, mode="show", gaze=gaze)
-    before = game.world.truth
+    before, hand = game.world.truth, game.world.tabletop
     for _ in range(8 * STEPS_PER_SECOND):
+        was = hand.hand.position.copy()
         game.step()
+        if hand.hand.gripped is not None:  # it goes as slowly as can be watched
+            assert np.linalg.norm(hand.hand.position - was) <= 0.5 / STEPS_PER_SECOND + 1e-6
     assert game.round.stage == "fooled"
     pair = game.round.told()["pair"]
     assert {before.labels[i] for i in game.truth()["wrong"]} == set(pair)
