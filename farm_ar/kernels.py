@@ -326,6 +326,7 @@ COMPILED = {
     "geometry": ("geometry", 5),
     "reid": ("identification", 15),
     "rendering": ("the headset's view", 15),
+    "scenes": ("what a camera sees", 10),
     "vision": ("poses from images", 15),
 }
 """What each package's kernels are for, and the seconds of processor that compiling them takes."""

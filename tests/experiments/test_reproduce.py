@@ -79,7 +79,7 @@ def test_the_summary_has_the_papers_number_beside_every_one_of_ours(out):
     for line in (
         "| H2: sites, types, objects, area in m² | 14, 11, 48, 225 | 14, 11, 48, 225 |",
         "| classroom: sites, chairs, area in m² | 7, 29, 130 | 7, 29, 130 |",
-        "| pantry: SD over frames, % | 22.26 | ",
+        "| pantry: SD over the frames of a layout, % | 22.26 | ",
         "| classroom: most frequent accuracy of a frame | 100% | ",
         "| accuracy, without translation: mean / SD over snapshots | 0.17 / 0.27 | 0.",
         "| rank 9 | S8 0.065 | S",

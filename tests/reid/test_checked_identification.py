@@ -365,6 +365,7 @@ def test_whatever_is_detected_is_answered(scene, rows, reid):
             "confidence": np.array(columns[5], dtype=float),
             "ids": tuple(map(str, range(n))),
             "track_id": (None,) * n,
+            "broken": (None,) * n,
         }
     )
     found = identify(scene, Snapshot(snapshot(scene).camera, seen), reid)
