@@ -19,7 +19,7 @@ import numpy as np
 from rich.console import Console
 from told import Motion, ToldReid
 
-from farm_ar.benchmark.asking import SIMPLE, Answers, Source, answer, ask_all
+from farm_ar.benchmark.evaluation import SIMPLE, Answers, Source, answer, ask_all
 from farm_ar.benchmark.scores import (
     Interval,
     Score,

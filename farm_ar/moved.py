@@ -18,6 +18,8 @@ MOVED = {
     "farm_ar.agents.training.algorithms": "farm_ar.agents.training.recipes",
     "farm_ar.agents.training.imitating": "farm_ar.agents.training.imitation",
     "farm_ar.agents.training.muon_adam": "farm_ar.agents.training.object_policy",
+    "farm_ar.benchmark.asking": "farm_ar.benchmark.evaluation",
+    "farm_ar.benchmark.running": "farm_ar.benchmark.run",
     "farm_ar.envs.farm_to_table": "farm_ar.envs.env",
     "farm_ar.reid.alternatives": "farm_ar.reid.explanations",
     "farm_ar.reid.association": "farm_ar.reid.fusion.association",

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from farm_ar.benchmark.asking import Answered, Answers
+from farm_ar.benchmark.evaluation import Answered, Answers
 from farm_ar.benchmark.scores import FAILED, Scored, brier_of_confidence, outcomes
 from farm_ar.benchmark.suite import ANSWERS, Suite
 from farm_ar.benchmark.worlds.base import Example

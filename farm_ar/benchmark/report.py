@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from farm_ar import __version__
 from farm_ar.agents.stress.figures import COLORS, SETTINGS, Line, bar_chart, line_chart, svg_of
 from farm_ar.agents.stress.report import templates_of
-from farm_ar.benchmark.asking import SIMPLE
+from farm_ar.benchmark.evaluation import SIMPLE
 from farm_ar.benchmark.results import BREAKING_CASES, Results
 from farm_ar.benchmark.scores import BINS, Interval, Score
 from farm_ar.drawing.palette import FAINT, INK

@@ -10,7 +10,7 @@ import numpy as np
 
 from farm_ar import __version__
 from farm_ar.agents.stress import StressOptions, run_stress, summarise
-from farm_ar.benchmark.asking import SIMPLE, Answers
+from farm_ar.benchmark.evaluation import SIMPLE, Answers
 from farm_ar.benchmark.scores import (
     Calibration,
     Interval,

@@ -75,7 +75,7 @@ def benchmark(
     """
     from rich.console import Console
 
-    from farm_ar.benchmark.running import Request, check_methods, export_suite, run_benchmark
+    from farm_ar.benchmark.run import Request, check_methods, export_suite, run_benchmark
     from farm_ar.cli.inputs import refuse
     from farm_ar.cli.options import make_folder
     from farm_ar.cli.output import print_line

@@ -43,7 +43,7 @@ def serve_page(
     """
     from farm_ar.cli.options import make_folder
     from farm_ar.cli.output import print_line, progress
-    from farm_ar.cli.serving import certificate_for, state_folder
+    from farm_ar.cli.serve import certificate_for, state_folder
     from farm_ar.errors import known_name
     from farm_ar.service.access import Access, new_token
     from farm_ar.service.network import listening, qr_code

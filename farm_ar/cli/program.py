@@ -12,7 +12,7 @@ from typer.core import TyperGroup
 
 from farm_ar import __version__
 from farm_ar.cli.benchmark import benchmark, convert
-from farm_ar.cli.compiling import compile_kernels
+from farm_ar.cli.compile import compile_kernels
 from farm_ar.cli.experiments import app as sweeps
 from farm_ar.cli.experiments import reproduce
 from farm_ar.cli.game import demo, play, play_script, replay
@@ -22,7 +22,7 @@ from farm_ar.cli.page import app as web
 from farm_ar.cli.plot import plot
 from farm_ar.cli.scenes import app as scenes
 from farm_ar.cli.scenes import schema
-from farm_ar.cli.serving import conformance_vectors, serve, serve_replay
+from farm_ar.cli.serve import conformance_vectors, serve, serve_replay
 from farm_ar.cli.showcases import showcase
 from farm_ar.cli.stress import design, stress, stress_replay
 from farm_ar.cli.training import evaluate, train, watch

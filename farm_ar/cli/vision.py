@@ -104,7 +104,7 @@ def vision_train(
     from farm_ar.vision.training import need_packages
 
     need_packages()
-    from farm_ar.vision.training.calibrating import calibrate
+    from farm_ar.vision.training.calibration import calibrate
     from farm_ar.vision.training.training import Training, check_ending, train
 
     check_ending(out)

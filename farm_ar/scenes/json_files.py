@@ -15,11 +15,11 @@ from farm_ar.arrays import RANGE, SPEED, FloatArray
 from farm_ar.errors import SceneError, SnapshotError
 from farm_ar.geometry import rotation_matrix
 from farm_ar.scenes.camera import PAPER_FIELD_OF_VIEW, Camera, CameraPath, FieldOfView
+from farm_ar.scenes.conversion import Reader, Values
 from farm_ar.scenes.declarations import SCENE, SNAPSHOT, UP_AND_DOWN
 from farm_ar.scenes.files import degrees, read_json, write_text
 from farm_ar.scenes.kinds import radians
 from farm_ar.scenes.layout import NO_CATEGORY, Layout
-from farm_ar.scenes.reading import Reader, Values
 from farm_ar.scenes.scene import Scene, Site, Template, Weights
 from farm_ar.scenes.snapshot import Detections, Snapshot
 from farm_ar.scenes.uncertainty import Uncertainty

@@ -10,8 +10,8 @@ from farm_ar.showcases.characters import show_characters
 from farm_ar.showcases.delivery import film_delivery, show_deliveries
 from farm_ar.showcases.doubt import show_doubt
 from farm_ar.showcases.live import show_live
+from farm_ar.showcases.result import Report, Shown
 from farm_ar.showcases.shadows import show_shadows
-from farm_ar.showcases.showing import Report, Shown
 from farm_ar.showcases.storytelling import film_story, show_stories, story_of
 
 FILMED_LAYOUT, FILMED_STORY = 6, 14

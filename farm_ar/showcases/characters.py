@@ -15,8 +15,8 @@ from farm_ar.game_logic.render_state import RenderState
 from farm_ar.scenes import LayoutNoise, builtin_scene
 from farm_ar.showcases.film import FPS, ScriptRecorder
 from farm_ar.showcases.parts_from_pixels import PixelParts
+from farm_ar.showcases.result import Report, Row, Shown, column, percent
 from farm_ar.showcases.script import load_script
-from farm_ar.showcases.showing import Report, Row, Shown, column, percent
 
 MOVED = LayoutNoise.of(0.02, 10.0)
 """How things stand otherwise than in the scene, truth and belief alike."""

@@ -19,7 +19,7 @@ from farm_ar.reid import Identification
 from farm_ar.reid.registry import load_reid
 from farm_ar.rendering import View, model
 from farm_ar.scenes import Camera, Detections, Layout, Scene, Snapshot, builtin_scene
-from farm_ar.showcases.showing import Image, Report, Row, Shown
+from farm_ar.showcases.result import Image, Report, Row, Shown
 from farm_ar.vision.measured_noise import moments_of
 from farm_ar.vision.perception import PixelPerception, source_of
 

@@ -14,8 +14,8 @@ from farm_ar.game_logic.live import UPDATES
 from farm_ar.reid import REIDENTIFIERS
 from farm_ar.scenes import Scene, builtin_scene
 from farm_ar.showcases.film import FPS, ScriptRecorder
+from farm_ar.showcases.result import Report, Row, Shown, column, number, percent, points
 from farm_ar.showcases.script import Script, ScriptedMove, ScriptedVisit, builtin_scripts, load_script
-from farm_ar.showcases.showing import Report, Row, Shown, column, number, percent, points
 
 METHODS = ("spatial", "likelihood")
 

@@ -17,7 +17,7 @@ from farm_ar.game_logic.events import Parts
 from farm_ar.game_logic.render_state import RenderState
 from farm_ar.rendering import Sensor
 from farm_ar.scenes import Scene
-from farm_ar.showcases.showing import Image
+from farm_ar.showcases.result import Image
 
 SIZE = (640, 360)
 """Width and height of the headset's picture, pixels."""

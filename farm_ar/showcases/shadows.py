@@ -18,7 +18,7 @@ from farm_ar.geometry import direction
 from farm_ar.rendering import Instance, Intrinsics, Light, Mesh, Renderer, View, model
 from farm_ar.rendering.shapes import Colour, box, mesh_of, tube
 from farm_ar.scenes import Camera, Scene, builtin_scene
-from farm_ar.showcases.showing import Image, Report, Shown
+from farm_ar.showcases.result import Image, Report, Shown
 
 SUN = Light(toward=np.array([-0.75, 0.8, -0.25]), shadows=2048)
 """A low sun from the left and from before, so that shadows are long."""

@@ -15,7 +15,7 @@ from gymnasium import spaces
 
 from farm_ar.envs import FarmToTableEnv, replay
 from farm_ar.errors import OptionError
-from farm_ar.testing.comparing import attempt, leaves, require
+from farm_ar.testing.comparison import attempt, leaves, require
 from farm_ar.testing.rollouts import action_mask, follow, go_on, random_action, require_equal, roll
 
 Env = gym.Env[Any, Any]

@@ -10,7 +10,7 @@ import numpy as np
 from farm_ar.errors import InputError
 from farm_ar.rendering import HOLOLENS_2, Instance, Mesh, Renderer, Sensor, View, model
 from farm_ar.rendering.shapes import mesh_of, pane
-from farm_ar.testing.comparing import attempt, difference, require
+from farm_ar.testing.comparison import attempt, difference, require
 from farm_ar.vision import PoseEstimates, PoseEstimator
 from farm_ar.vision.base import Image, size_of
 

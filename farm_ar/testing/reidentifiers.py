@@ -20,7 +20,7 @@ from farm_ar.scenes import (
     builtin_scene,
     observe,
 )
-from farm_ar.testing.comparing import attempt, require
+from farm_ar.testing.comparison import attempt, require
 
 MakeReid = Callable[[Scene], Reidentifier]
 

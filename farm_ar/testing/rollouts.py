@@ -10,7 +10,7 @@ import gymnasium as gym
 import numpy as np
 from gymnasium import spaces
 
-from farm_ar.testing.comparing import attempt, difference, require
+from farm_ar.testing.comparison import attempt, difference, require
 
 Env = gym.Env[Any, Any]
 

@@ -18,10 +18,10 @@ from farm_ar.rendering import Intrinsics, Mesh, MeshError, View, read_mesh
 from farm_ar.rendering.camera import MOST_PIXELS
 from farm_ar.rendering.mesh import FORMATS
 from farm_ar.scenes import Camera, FieldOfView, Scene
+from farm_ar.scenes.conversion import Reader, Values
 from farm_ar.scenes.declarations import CAMERA
 from farm_ar.scenes.files import read_bytes, read_json
 from farm_ar.scenes.kinds import NEEDED
-from farm_ar.scenes.reading import Reader, Values
 from farm_ar.scenes.worlds import rigid, rotation_of
 from farm_ar.vision.base import Image, size_of
 

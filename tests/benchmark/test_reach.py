@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from farm_ar.benchmark.asking import SIMPLE, answer
+from farm_ar.benchmark.evaluation import SIMPLE, answer
 from farm_ar.benchmark.scores import Scored, calibration
 from farm_ar.benchmark.suite import made_examples
 from farm_ar.benchmark.worlds import ROWS

@@ -2,7 +2,7 @@
 
 import pytest
 
-from farm_ar.cli.compiling import STEPS, _command
+from farm_ar.cli.compile import STEPS, _command
 from farm_ar.errors import UnfinishedError
 
 

@@ -7,7 +7,7 @@ import pytest
 import farm_ar.envs  # noqa: F401  # registers
 from farm_ar.envs.config import EnvConfig
 from farm_ar.errors import OptionError
-from farm_ar.testing.comparing import difference
+from farm_ar.testing.comparison import difference
 
 KINDS = [{"perception": "pixels"}, {"oracle_noise": "measured"}]
 

@@ -19,7 +19,7 @@ from farm_ar.reid import (
 )
 from farm_ar.reid.adaptive.densities import shift_with_errors, turn_with_errors
 from farm_ar.reid.adaptive.pairs import Surroundings, problem_of
-from farm_ar.reid.adaptive.records import GAUSSIAN
+from farm_ar.reid.adaptive.records import Profile
 from farm_ar.reid.fusion import objects_of
 from farm_ar.scenes import (
     Camera,
@@ -179,7 +179,7 @@ def test_the_adaptive_methods_densities_widen_as_a_gaussian_error_widens_them():
     problem = problem_of(known, snapshot.detections, codes, None, reid.options)
     pairs, spacing, length = problem.pairs, known.spacing, 0.7
     density = np.empty(len(pairs.label))
-    shift_with_errors(GAUSSIAN, length, 0.0, pairs, density)
+    shift_with_errors(Profile.GAUSSIAN, length, 0.0, pairs, density)
     of = np.repeat(np.arange(len(codes)), np.diff(pairs.start))
     for p in range(0, len(density), 5):
         i, shift = of[p], np.array([pairs.shift_x[p], pairs.shift_z[p]])

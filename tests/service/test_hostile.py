@@ -19,7 +19,7 @@ import pytest
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
-from farm_ar.cli.serving import certificate_for
+from farm_ar.cli.serve import certificate_for
 from farm_ar.errors import OptionError, SessionError
 from farm_ar.service.access import Access, check_token
 from farm_ar.service.limits import ServiceLimits

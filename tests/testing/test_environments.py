@@ -12,7 +12,7 @@ from gymnasium import spaces
 from farm_ar.envs import FarmToTableEnv
 from farm_ar.errors import OptionError
 from farm_ar.testing import check_environment, environments
-from farm_ar.testing.comparing import difference
+from farm_ar.testing.comparison import difference
 from farm_ar.testing.environments import check_with_gymnasium, check_with_stable_baselines3
 
 QUICK = {"play_seconds": 0.0, "moves": 3}

@@ -7,23 +7,15 @@ import numpy as np
 from farm_ar.arrays import FloatArray
 from farm_ar.borrowing import borrowed
 from farm_ar.envs.batched import herds as animals
-from farm_ar.envs.batched.acting import act, fill_mask
-from farm_ar.envs.batched.looking import look, sight_of
-from farm_ar.envs.batched.paying import begin_step, foresight, paid
-from farm_ar.envs.batched.starting import begin, begin_visit, draw_camera, objects_of
+from farm_ar.envs.batched.actions import act, fill_mask
+from farm_ar.envs.batched.generator import begin, begin_visit, draw_camera, objects_of
+from farm_ar.envs.batched.kinds import RewardKind, Stage
+from farm_ar.envs.batched.rewards import begin_step, foresight, paid
+from farm_ar.envs.batched.snapshots import look, sight_of
 from farm_ar.envs.batched.state import (
-    ACT,
-    BEGIN,
-    CLOSE,
-    DONE,
-    LATE,
-    MARGIN,
-    PLAY,
-    SHAPED,
-    SHOW,
-    WARM_UP,
     Batch,
     Choices,
+    Environments,
     Given,
     Herds,
     Output,
@@ -72,12 +64,12 @@ def end_visit(
         if not choices.lazy:
             animals.redirect(b, batch, herds, work.changed)
             table.until = herds.clocks[b].now + choices.play_seconds
-            return PLAY
+            return Stage.PLAY
         if animals.may_stray(b, batch, choices, scenery, work):
             animals.send_out(b, choices, scenery, herds, table)
-            return LATE
+            return Stage.LATE
     next_visit(b, batch, choices, scenery, work)
-    return CLOSE
+    return Stage.CLOSE
 
 
 @compiled(inline="always")
@@ -156,47 +148,38 @@ def room_to_work(m: int, tan: tuple[FloatArray, np.ndarray, int]) -> Work:
 
 
 @compiled(inline="always")
-def take_action(
-    b: int,
-    action: FloatArray,
-    batch: Batch,
-    choices: Choices,
-    scenery: Scenery,
-    herds: Herds,
-    output: Output,
-    work: Work,
-    sight: Sight,
-) -> int:
+def take_action(b: int, action: FloatArray, choices: Choices, everything: Everything) -> int:
     """Carry out an action, and end the visit if it is over; the stage that comes next."""
+    batch, scenery, herds, _, output, work, sight = everything
     table = batch.tables[b]
     begin_step(b, batch, choices, scenery, herds)
     over = act(b, action, batch, choices, scenery, work)
-    if choices.reward in (MARGIN, SHAPED):
+    if choices.reward in (RewardKind.MARGIN, RewardKind.SHAPED):
         read(b, batch, scenery, output.numbers[b], sight.space)
         table.foreseen = foresight(table, choices)
-    return end_visit(b, batch, choices, scenery, herds, work, sight) if over else CLOSE
+    return end_visit(b, batch, choices, scenery, herds, work, sight) if over else Stage.CLOSE
 
 
 @compiled(inline="always")
 def play(b: int, batch: Batch, choices: Choices, scenery: Scenery, herds: Herds, work: Work) -> bool:
-    """Let animals run before an episode (`WARM_UP`) or after a visit, first those that were late.
+    """Let animals run before an episode (`Stage.WARM_UP`) or after a visit, first those that were late.
 
     Returns:
         Whether there was room for all of them; then the next stage is set.
     """
     table = batch.tables[b]
-    if table.stage != PLAY and not animals.run_from_start(b, table, choices, scenery, herds, work):
+    if table.stage != Stage.PLAY and not animals.run_from_start(b, table, choices, scenery, herds, work):
         return False
-    if table.stage == WARM_UP:
-        table.known, table.stage = batch.states[b].changes, SHOW
+    if table.stage == Stage.WARM_UP:
+        table.known, table.stage = batch.states[b].changes, Stage.SHOW
         return True
-    if table.stage == LATE:
+    if table.stage == Stage.LATE:
         animals.play_few(b, batch, choices, scenery, herds, work)
-        table.stage = PLAY
+        table.stage = Stage.PLAY
     if not animals.run(b, batch, choices, scenery, herds, work):
         return False
     next_visit(b, batch, choices, scenery, work)
-    table.stage = CLOSE
+    table.stage = Stage.CLOSE
     return True
 
 
@@ -205,12 +188,8 @@ def advance(
     first: int,
     end: int,
     actions: FloatArray,
-    batch: Batch,
     choice: Structs[Choices],
-    scenery: Scenery,
-    herds: Herds,
-    given: Given,
-    output: Output,
+    environments: Environments,
     tan: tuple[FloatArray, np.ndarray, int],
 ) -> int:
     """Have environments from `first` to `end` go through the stages that they are in.
@@ -218,6 +197,7 @@ def advance(
     Returns:
         How many have not got through, because there was no room for more animals.
     """
+    batch, scenery, herds, given, output = environments
     work = room_to_work(len(scenery.kind), tan)
     sight = sight_of(scenery, work)
     everything = (batch, scenery, herds, given, output, work, sight)
@@ -228,38 +208,39 @@ def advance(
 def go_on(first: int, end: int, actions: FloatArray, choice: Structs[Choices], everything: Everything) -> int:
     """`advance`, with all that it works on."""
     actions, choice = borrowed(actions), borrowed(choice)
-    batch, scenery, herds, given, output, work, sight = borrowed(everything)
+    everything = borrowed(everything)
+    batch, scenery, herds, given, output, work, sight = everything
     choices, lacking = choice[0], 0
     for b in range(first, end):
         table = batch.tables[b]
-        if table.stage == LATE:  # there was no room for all
+        if table.stage == Stage.LATE:  # there was no room for all
             animals.may_stray(b, batch, choices, scenery, work)
-        elif table.stage == ACT:
-            table.stage = take_action(b, actions[b], batch, choices, scenery, herds, output, work, sight)
-        if table.stage in (LATE, PLAY) and not play(b, batch, choices, scenery, herds, work):
+        elif table.stage == Stage.ACT:
+            table.stage = take_action(b, actions[b], choices, everything)
+        if table.stage in (Stage.LATE, Stage.PLAY) and not play(b, batch, choices, scenery, herds, work):
             lacking += 1
             continue
-        if table.stage == CLOSE:
+        if table.stage == Stage.CLOSE:
             output.reward[b] = paid(b, batch, choices, scenery, herds, output.reports[b])
             output.over[b] = table.over
             show(b, batch, choices, scenery, herds, output, work, sight.space)
-            table.stage = DONE
+            table.stage = Stage.DONE
             if table.over and choices.same_step:
                 keep_last(b, output)
-                table.stage = BEGIN
-        if table.stage == BEGIN:
+                table.stage = Stage.BEGIN
+        if table.stage == Stage.BEGIN:
             begin(b, batch, choices, scenery, herds, given, work)
-            table.stage = SHOW
+            table.stage = Stage.SHOW
             if choices.animals_a_second > 0 and not choices.lazy:
                 animals.send_out(b, choices, scenery, herds, table)
-                table.stage = WARM_UP
-        if table.stage == WARM_UP and not play(b, batch, choices, scenery, herds, work):
+                table.stage = Stage.WARM_UP
+        if table.stage == Stage.WARM_UP and not play(b, batch, choices, scenery, herds, work):
             lacking += 1
             continue
-        if table.stage == SHOW:
+        if table.stage == Stage.SHOW:
             table.moved = 0.0
             report = output.reports[b]
             report.terms[0] = report.terms[1] = report.effort_cost = 0.0
             show(b, batch, choices, scenery, herds, output, work, sight.space)
-            table.stage = DONE
+            table.stage = Stage.DONE
     return lacking

@@ -10,8 +10,9 @@ from typing import Any
 from gymnasium.envs.registration import registry
 from gymnasium.vector import AsyncVectorEnv, AutoresetMode, SyncVectorEnv, VectorEnv
 
+from farm_ar.envs.batched.arguments import mode_of, processors, whole
 from farm_ar.envs.batched.coverage import obstacle
-from farm_ar.envs.batched.vector_env import MOST_ENVS, BatchedVectorEnv, mode_of, processors, whole
+from farm_ar.envs.batched.vector_env import MOST_ENVS, BatchedVectorEnv
 from farm_ar.envs.config import EnvConfig
 from farm_ar.envs.env import FarmToTableEnv
 from farm_ar.envs.generator import scene_of

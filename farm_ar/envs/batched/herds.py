@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import ceil, fabs, inf
 
 from farm_ar.arrays import BoolArray, FloatArray
-from farm_ar.envs.batched.looking import read_poses
+from farm_ar.envs.batched.snapshots import read_poses
 from farm_ar.envs.batched.state import Batch, Choices, Herds, Scenery, Table, Work
 from farm_ar.game_logic.animals import arrival
 from farm_ar.game_logic.animals.arrival import Herd

@@ -15,19 +15,6 @@ from farm_ar.geometry.camera import Eye
 from farm_ar.reid.assignment import Answer, Rule, Seen, Workspace
 from farm_ar.structs import Struct, Structs
 
-DONE, ACT, LATE, PLAY, CLOSE, BEGIN, WARM_UP, SHOW = range(8)
-"""Stages of an environment within a call: what comes next. Where the arrays have no room for more animals it
-stays in a stage, and goes on from there in the next call."""
-
-DISPLACEMENT, SLOT, CONTINUOUS, OFFSETS, DISCRETE, EXCHANGE = range(6)
-"""Actions."""
-
-IDENTITY, MARGIN, CLUTTER, MISCOUNT, ENDPOINT, SHAPED = range(6)
-"""Rewards."""
-
-STILL, NEARBY, ANYWHERE, ON_PATH = range(4)
-"""How layouts are drawn (`STILL`: not at all), and how cameras (`NEARBY` the table, or `ON_PATH`)."""
-
 S = TypeVar("S", bound=Struct)
 
 
@@ -303,6 +290,16 @@ class Output(NamedTuple):
     last_numbers: Float32Array
     last_reports: Structs[Report]
     last_masks: BoolArray
+
+
+class Environments(NamedTuple):
+    """All that the environments of a batch consist of, and what their calls fill in."""
+
+    batch: Batch
+    scenery: Scenery
+    herds: Herds
+    given: Given
+    output: Output
 
 
 class Work(NamedTuple):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import threading
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -18,11 +17,13 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from farm_ar.arrays import BoolArray
-from farm_ar.envs.batched import building
+from farm_ar.envs.batched import construction
 from farm_ar.envs.batched.advance import advance
+from farm_ar.envs.batched.arguments import array_of, mode_of, processors, reset_mask, seeds_of, whole
 from farm_ar.envs.batched.coverage import check_batched
+from farm_ar.envs.batched.kinds import Stage
 from farm_ar.envs.batched.numpy_functions import DATA, room_for_call
-from farm_ar.envs.batched.state import ACT, BEGIN, DONE, Batch, Given, Report
+from farm_ar.envs.batched.state import Batch, Environments, Given, Report
 from farm_ar.envs.batched.streams import as_generator, read_generator
 from farm_ar.envs.config import EnvConfig
 from farm_ar.envs.controls import control_of
@@ -90,12 +91,12 @@ class BatchedVectorEnv(VectorEnv[Any, Any, Any]):
         elif isinstance(control.space, spaces.Discrete):
             self._most, choices = control.space.n, int(control.space.n)
         self._discrete = self._most is not None
-        self._choices = building.choices_of(config, scene, self._mode is AutoresetMode.SAME_STEP)
-        self._scenery = building.scenery_of(config, scene)
-        self._batch = building.new_batch(self.num_envs, scene)
-        self._herds = building.new_herds(self.num_envs, scene, config.game)
-        self._output = building.new_output(self.num_envs, scene, choices)
-        self._given = self._nothing = building.nothing_given(scene)
+        self._choices = construction.choices_of(config, scene, self._mode is AutoresetMode.SAME_STEP)
+        self._scenery = construction.scenery_of(config, scene)
+        self._batch = construction.new_batch(self.num_envs, scene)
+        self._herds = construction.new_herds(self.num_envs, scene, config.game)
+        self._output = construction.new_output(self.num_envs, scene, choices)
+        self._given = self._nothing = construction.nothing_given(scene)
         self._terms = [f"reward/{name}" for name in REWARDS[config.reward]]
         self._seeds: list[int | None] = [None] * self.num_envs
         self._begun, self._over = np.zeros(self.num_envs, dtype=bool), np.zeros(self.num_envs, dtype=bool)
@@ -136,15 +137,15 @@ class BatchedVectorEnv(VectorEnv[Any, Any, Any]):
             expected = "must be a mapping with layout, camera and reset_mask, all optional"
             raise OptionError("options", expected, options)
         asked = dict(options or {})
-        mask = _mask(asked.pop("reset_mask", None), self.num_envs)
-        seeds = _seeds(seed, self.num_envs)
+        mask = reset_mask(asked.pop("reset_mask", None), self.num_envs)
+        seeds = seeds_of(seed, self.num_envs)
         self._given = self._given_by(checked_options(asked))
         for b in np.flatnonzero(mask).tolist():
             if seeds[b] is not None or self._seeds[b] is None:
                 generator, self._seeds[b] = seeding.np_random(seeds[b])
                 read_generator(generator, self._batch.tables[b].stream)
         try:
-            self._advance(np.where(mask, BEGIN, DONE))
+            self._advance(np.where(mask, Stage.BEGIN, Stage.DONE))
         finally:
             self._given = self._nothing
         self._begun |= mask
@@ -169,7 +170,7 @@ class BatchedVectorEnv(VectorEnv[Any, Any, Any]):
             raise gym.error.ResetNeeded(f"environments {which} are over and need reset() with a reset_mask")
         output, everyone = self._output, np.ones(self.num_envs, dtype=bool)
         output.reward[:], output.over[:] = 0.0, False
-        self._advance(np.where(self._over, BEGIN, ACT), self._checked(actions))
+        self._advance(np.where(self._over, Stage.BEGIN, Stage.ACT), self._checked(actions))
         over, infos = output.over.copy(), {}
         if self._mode is AutoresetMode.SAME_STEP:
             if over.any():
@@ -271,7 +272,7 @@ class BatchedVectorEnv(VectorEnv[Any, Any, Any]):
             if actions is None:
                 actions = np.zeros((self.num_envs, 1))
             while self._play(actions):
-                self._herds = building.with_more_room(self._herds)
+                self._herds = construction.with_more_room(self._herds)
         finally:
             self._busy.release()
 
@@ -281,20 +282,10 @@ class BatchedVectorEnv(VectorEnv[Any, Any, Any]):
 
     def _play(self, actions: Any) -> int:
         """The compiled call, in parts on several threads; how many environments lack room."""
+        environments = Environments(self._batch, self._scenery, self._herds, self._given, self._output)
 
         def part(first: int, end: int) -> int:
-            return advance(
-                first,
-                end,
-                actions,
-                self._batch,
-                self._choices,
-                self._scenery,
-                self._herds,
-                self._given,
-                self._output,
-                (*room_for_call(), DATA),
-            )
+            return advance(first, end, actions, self._choices, environments, (*room_for_call(), DATA))
 
         parts = min(4 * self._threads, self.num_envs // _SMALLEST_PART)
         if parts < 2 or self._threads == 1:
@@ -311,7 +302,7 @@ class BatchedVectorEnv(VectorEnv[Any, Any, Any]):
             gymnasium.error.InvalidAction: they cannot.
         """
         space = self.single_action_space
-        given, shape = _array(actions), (self.num_envs, *(space.shape or ()))
+        given, shape = array_of(actions), (self.num_envs, *(space.shape or ()))
         if given.shape != shape or given.dtype.kind not in ("iu" if self._discrete else "biuf"):
             expected = f"must be numbers of shape {shape}" + (" and of an integer type" * self._discrete)
             raise gym.error.InvalidAction(f"actions: {expected}, got {given.dtype} of {given.shape}")
@@ -368,7 +359,7 @@ class BatchedVectorEnv(VectorEnv[Any, Any, Any]):
 
     def _given_by(self, asked: Mapping[str, Any]) -> Given:
         """What `reset` was given, for kernels."""
-        given, scene, config = building.nothing_given(self.scene), self.scene, self.config
+        given, scene, config = construction.nothing_given(self.scene), self.scene, self.config
         if asked.get("layout") is not None:
             layout = given_layout(scene, asked["layout"])
             given.position[:], given.yaw[:], given.has[0] = layout.position, layout.yaw, True
@@ -377,74 +368,3 @@ class BatchedVectorEnv(VectorEnv[Any, Any, Any]):
             given.eyes[0] = eyes_of(given_camera(asked["camera"], fov))[0]
             given.has[1] = True
         return given
-
-
-def processors() -> int:
-    """How many this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
-def mode_of(mode: AutoresetMode | str) -> AutoresetMode:
-    """An autoreset mode from itself or its value.
-
-    Raises:
-        OptionError: there is no such mode.
-    """
-    try:
-        return AutoresetMode(mode)
-    except ValueError:
-        known = ", ".join(str(one.value) for one in AutoresetMode)
-        raise OptionError("autoreset_mode", f"must be one of {known}", mode) from None
-
-
-def whole(name: str, value: Any, most: int | None = None) -> int:
-    """A whole number of at least 1.
-
-    Raises:
-        OptionError: it is none, or more than `most`.
-    """
-    right = isinstance(value, int | np.integer) and not isinstance(value, bool) and value >= 1
-    if not right or (most is not None and value > most):
-        limits = "not below 1" if most is None else f"from 1 to {most}"
-        raise OptionError(name, f"must be a whole number {limits}", value)
-    return int(value)
-
-
-def _array(given: Any) -> npt.NDArray[Any]:
-    """As an array; of objects where rows are not of one length."""
-    try:
-        return np.asarray(given)
-    except ValueError:
-        return np.array(None)
-
-
-def _mask(given: Any, count: int) -> BoolArray:
-    """(B,) which environments are to begin."""
-    if given is None:
-        return np.ones(count, dtype=bool)
-    mask = _array(given)
-    if mask.shape != (count,) or mask.dtype != np.bool_ or not mask.any():
-        raise OptionError("options.reset_mask", f"must be ({count},) booleans, at least one true", given)
-    return mask
-
-
-def _seeds(seed: Any, count: int) -> list[int | None]:
-    """The seed of each environment."""
-    if seed is None:
-        return [None] * count
-    if isinstance(seed, int | np.integer):
-        return [_seed("seed", seed) + k for k in range(count)]
-    listed = seed.ndim == 1 if isinstance(seed, np.ndarray) else isinstance(seed, Sequence)
-    if not listed or isinstance(seed, str | bytes):
-        raise OptionError("seed", f"must be a whole number, or a sequence of {count}", seed)
-    if len(seed) != count:
-        raise OptionError("seed", f"must be one for each of {count} environments", len(seed))
-    return [None if one is None else _seed(f"seed[{b}]", one) for b, one in enumerate(seed)]
-
-
-def _seed(name: str, seed: Any) -> int:
-    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
-        raise OptionError(name, "must be a whole number not below 0", seed)
-    return int(seed)

@@ -9,7 +9,7 @@ import numpy as np
 
 from farm_ar.arrays import FloatArray
 from farm_ar.envs.delivery.delivery import REACH_M, Knowledge
-from farm_ar.envs.delivery.planning import KEEP_M, Grid
+from farm_ar.envs.delivery.planner import KEEP_M, Grid
 from farm_ar.envs.delivery.robot import MOST_M_S, MOST_RAD_S, RADIUS_M, Twist
 from farm_ar.envs.delivery.room import Room
 from farm_ar.geometry import direction, heading, wrap

@@ -8,7 +8,7 @@ import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.envs.delivery.config import DeliveryConfig
-from farm_ar.envs.delivery.planning import Grid, length_of
+from farm_ar.envs.delivery.planner import Grid, length_of
 from farm_ar.envs.delivery.rgbd import DepthCamera
 from farm_ar.envs.delivery.robot import TICK_S, Pose, Robot, Twist
 from farm_ar.envs.delivery.room import Room

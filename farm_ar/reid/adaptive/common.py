@@ -9,14 +9,11 @@ import numpy as np
 from farm_ar.arrays import FloatArray
 from farm_ar.kernels import compiled
 from farm_ar.reid.adaptive.records import (
-    BENDING,
-    STREAMING,
-    TOGETHER,
-    TURNING,
     Common,
+    DetectionModel,
     Pairs,
+    Profile,
     Profiles,
-    Seeing,
     Sparse,
 )
 from farm_ar.reid.adaptive.sparse import propagate
@@ -71,7 +68,7 @@ def best_motion(pairs: Pairs, belief: FloatArray, length: float, kind: int) -> C
     total = max(total, 1e-9)
     x, z, dx, dz, hx, hz = x / total, z / total, dx / total, dz / total, hx / total, hz / total
     cross, dot, moment = 0.0, 0.0, 0.0
-    if kind == STREAMING:
+    if kind == Profile.STREAMING:
         for p in range(len(belief)):
             ax, az = pairs.ahead_x[p] - hx, pairs.ahead_z[p] - hz
             dot += belief[p] * (ax * (pairs.shift_x[p] - dx) + az * (pairs.shift_z[p] - dz))
@@ -81,7 +78,7 @@ def best_motion(pairs: Pairs, belief: FloatArray, length: float, kind: int) -> C
         usual = 1.0 + (ahead / length / USUAL_AHEAD) ** 2
         freedom = min(math.log(math.sqrt(8.0 / math.pi) * sd / USUAL_AHEAD / usual), 0.0)
         return Common(x, z, dx - ahead * hx, dz - ahead * hz, 1.0, 0.0, 0.0, 1.0, ahead, total, freedom)
-    if kind == TURNING:
+    if kind == Profile.TURNING:
         for p in range(len(belief)):
             ax, az = pairs.from_x[p] - x, pairs.from_z[p] - z
             bx, bz = ax + pairs.shift_x[p] - dx, az + pairs.shift_z[p] - dz
@@ -94,7 +91,7 @@ def best_motion(pairs: Pairs, belief: FloatArray, length: float, kind: int) -> C
         freedom = min(math.log(sd / TURN_SD), 0.0) - 0.5 * (turn / TURN_SD) ** 2
         sine, cosine = math.sin(turn), math.cos(turn)
         return Common(x, z, dx, dz, cosine, sine, -sine, cosine, 0.0, total, freedom)
-    if kind == BENDING:
+    if kind == Profile.BENDING:
         return bent(pairs, belief, length, Common(x, z, dx, dz, 1.0, 0.0, 0.0, 1.0, 0.0, total, 0.0))
     return Common(x, z, dx, dz, 1.0, 0.0, 0.0, 1.0, 0.0, total, 0.0)
 
@@ -131,7 +128,7 @@ def bent(pairs: Pairs, belief: FloatArray, length: float, common: Common) -> Com
 def find_common(
     pairs: Pairs,
     profiles: Profiles,
-    seeing: Seeing,
+    detecting: DetectionModel,
     like: FloatArray,
     some: Sparse,
     shift: FloatArray,
@@ -143,34 +140,34 @@ def find_common(
     Args:
         pairs: the pairs.
         profiles: of the shifts; those of shared motions stand together, the finest first.
-        seeing: what is known of detecting.
+        detecting: what is known of detecting.
         like: (P,) how likely each pair is otherwise.
         some: room for weights.
         shift: (R, P) filled, for the profiles of shared motions, with densities of what is left.
         penalty: (R,) filled with the log of how much of the prior of the motion the posterior takes up.
         swing: (R, 3) filled with the sine and cosine of how all turn, and how many things tell.
     """
-    labels = len(seeing.anywhere)
+    labels = len(detecting.anywhere)
     weight, belief, to_row = np.empty(len(like)), np.empty(len(like)), np.empty(len(like))
     extent = profiles.length.max()
     before, left = -1, 0.0
-    common = best_motion(pairs, like, extent, TOGETHER)
+    common = best_motion(pairs, like, extent, Profile.TOGETHER)
     for r in range(len(profiles.kind) - 1, -1, -1):
         penalty[r] = 0.0
         kind, length = profiles.kind[r], profiles.length[r]
-        if kind < TOGETHER:
+        if kind < Profile.TOGETHER:
             continue
         if kind != before:
-            for i in range(len(seeing.none)):
+            for i in range(len(detecting.none)):
                 for p in range(pairs.start[i], pairs.start[i + 1]):
                     belief[p] = like[p] / (pairs.start[i + 1] - pairs.start[i])
-            common = best_motion(pairs, belief, length, TOGETHER)
+            common = best_motion(pairs, belief, length, Profile.TOGETHER)
             before, left = kind, 0.0
         if left < HOPELESS:
             for _ in range(STEPS):
                 for p in range(len(like)):
                     weight[p] = like[p] * math.exp(-0.5 * left_over(pairs, p, common) / length**2)
-                believe(pairs, weight, length**2, seeing, labels, some, to_row, belief)
+                believe(pairs, weight, length**2, detecting, labels, some, to_row, belief)
                 common = best_motion(pairs, belief, length, kind)
             left = 0.0
             for p in range(len(like)):
@@ -209,7 +206,7 @@ def believe(
     pairs: Pairs,
     weight: FloatArray,
     none: float,
-    seeing: Seeing,
+    detecting: DetectionModel,
     labels: int,
     some: Sparse,
     to_row: FloatArray,
@@ -221,19 +218,19 @@ def believe(
         pairs: the pairs.
         weight: (P,) of each; changed.
         none: weight of having no label, in units of its density.
-        seeing: what is known of detecting.
+        detecting: what is known of detecting.
         labels: how many there are.
         some: room for weights.
         to_row: (P,) room for messages.
         belief: filled.
     """
-    n = len(seeing.none)
+    n = len(detecting.none)
     for i in range(n):
         largest = 1e-300
         for p in range(pairs.start[i], pairs.start[i + 1]):
             largest = max(largest, weight[p])
         some.start[i] = pairs.start[i]
-        some.none[i] = max(none * seeing.none[i], 1e-6)
+        some.none[i] = max(none * detecting.none[i], 1e-6)
         for p in range(pairs.start[i], pairs.start[i + 1]):
             some.label[p] = pairs.label[p]
             some.pair[p] = p

@@ -9,17 +9,10 @@ import numpy as np
 from farm_ar.arrays import FloatArray
 from farm_ar.kernels import compiled
 from farm_ar.reid.adaptive.records import (
-    AHEAD,
-    EVEN,
-    EXPONENTIAL,
-    GAUSSIAN,
-    RAY,
-    RING,
-    STUDENT,
-    TOGETHER,
     Concentrations,
     Errors,
     Pairs,
+    Profile,
     Profiles,
 )
 
@@ -45,14 +38,14 @@ _inlined = compiled(error_model="numpy", inline="always")
 @_compile
 def shift_density(kind: int, length: float, width: float, distance: float, log_distance: float) -> float:
     """Density in the plane of a shift by a distance, whose logarithm is given, in any direction."""
-    if kind == GAUSSIAN:
+    if kind == Profile.GAUSSIAN:
         return math.exp(-0.5 * (distance / length) ** 2) / (2 * math.pi * length**2)
-    if kind == EXPONENTIAL:
+    if kind == Profile.EXPONENTIAL:
         return math.exp(-distance / length) / (2 * math.pi * length**2)
-    if kind == STUDENT:
+    if kind == Profile.STUDENT:
         bulk = 1.0 + (distance / length) ** 2 / FREEDOM
         return 1.0 / (bulk * bulk * 2 * math.pi * length**2)  # to the power of (FREEDOM + 2) / 2
-    if kind == RAY:
+    if kind == Profile.RAY:
         # Half of them go at speeds that are half-normal, half at any from standing on, even by ratio.
         bulk = 1.0 / (math.sqrt(2 * math.pi) * math.pi * length * max(distance, 0.05 * length))
         even = 1.0 / (math.pi * (distance**2 + NEAR**2) * math.log1p((length / NEAR) ** 2))
@@ -131,15 +124,17 @@ def shift_with_errors(kind: int, length: float, width: float, pairs: Pairs, dens
         logarithm = math.log(max(distance, 1e-300))
         if pairs.stays[p]:
             scale, times = widened(STANDING, pairs.errors, p)
-            density[p] = times * shift_density(GAUSSIAN, scale, 0.0, distance, logarithm)
-        elif kind == AHEAD:
+            density[p] = times * shift_density(Profile.GAUSSIAN, scale, 0.0, distance, logarithm)
+        elif kind == Profile.AHEAD:
             sd = math.sqrt((width * length) ** 2 + 0.5 * (pairs.errors.wide[p] + pairs.errors.narrow[p]))
             density[p] = density_ahead(length, sd, distance, pairs.course[p], pairs.course_known[p])
-        elif kind == RING:
+        elif kind == Profile.RING:
             far = max(distance, 0.1 * length)
             wide = 0.5 * (pairs.errors.wide[p] + pairs.errors.narrow[p]) / far**2
-            density[p] = shift_density(RING, length, math.sqrt(width * width + wide), distance, logarithm)
-        elif kind != EVEN:
+            density[p] = shift_density(
+                Profile.RING, length, math.sqrt(width * width + wide), distance, logarithm
+            )
+        elif kind != Profile.EVEN:
             scale, times = widened(length, pairs.errors, p)
             density[p] = times * shift_density(kind, scale, width, distance, logarithm)
 
@@ -184,16 +179,18 @@ def tabulate(
         less[p] = pairs.course_known[p] ** 2 / (1.0 + (NEAR / max(pairs.distance[p], 1e-9)) ** 2)
     for r in range(len(shift)):
         kind, length, width = profiles.kind[r], profiles.length[r], profiles.width[r]
-        if kind >= TOGETHER:
+        if kind >= Profile.TOGETHER:
             continue
         for p in range(count):
             if pairs.stays[p]:
-                shift[r, p] = shift_density(GAUSSIAN, STANDING, 0.0, pairs.distance[p], log_distance[p])
-            elif kind == AHEAD:
+                shift[r, p] = shift_density(
+                    Profile.GAUSSIAN, STANDING, 0.0, pairs.distance[p], log_distance[p]
+                )
+            elif kind == Profile.AHEAD:
                 shift[r, p] = density_ahead(
                     length, width * length, pairs.distance[p], pairs.course[p], pairs.course_known[p]
                 )
-            elif kind == EVEN:
+            elif kind == Profile.EVEN:
                 shift[r, p] = pairs.far[p]
             else:
                 shift[r, p] = shift_density(kind, length, width, pairs.distance[p], log_distance[p])

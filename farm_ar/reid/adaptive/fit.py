@@ -10,15 +10,8 @@ from farm_ar.reid.adaptive.common import best_motion, left_over
 from farm_ar.reid.adaptive.densities import FREEDOM, folded
 from farm_ar.reid.adaptive.hypotheses import Hypotheses
 from farm_ar.reid.adaptive.records import (
-    AHEAD,
-    EVEN,
-    EXPONENTIAL,
-    GAUSSIAN,
-    RAY,
-    RING,
-    STUDENT,
-    TOGETHER,
     Pairs,
+    Profile,
 )
 
 MISFIT = 1e-3
@@ -79,28 +72,28 @@ def _shift_tail(pairs: Pairs, index: IntArray, every: Hypotheses, motion: int) -
     kind, length = int(every.profiles.kind[profile]), float(every.profiles.length[profile])
     width = float(every.profiles.width[profile])
     distance = pairs.distance[index]
-    if len(pairs.errors.wide) and kind != EVEN:
+    if len(pairs.errors.wide) and kind != Profile.EVEN:
         distance = distance / np.sqrt(1 + pairs.errors.wide[index] / length**2)
-    if kind == EXPONENTIAL:
+    if kind == Profile.EXPONENTIAL:
         return np.asarray((1 + distance / length) * np.exp(-distance / length))
-    if kind == STUDENT:
+    if kind == Profile.STUDENT:
         return np.asarray((1 + (distance / length) ** 2 / FREEDOM) ** (-FREEDOM / 2))
-    if kind == RING:
+    if kind == Profile.RING:
         return np.asarray(2 * ndtr(-np.abs(np.log(np.maximum(distance, 0.1 * length) / length)) / width))
-    if kind == AHEAD:
+    if kind == Profile.AHEAD:
         rest = distance**2 - 2 * distance * length * pairs.course[index] + length**2
         return np.asarray(np.exp(-0.5 * rest / (width * length) ** 2))
-    if kind == RAY:
+    if kind == Profile.RAY:
         return np.asarray(2 * ndtr(-distance / length))
-    if kind >= TOGETHER:
+    if kind >= Profile.TOGETHER:
         belief = np.zeros(len(pairs.label))
         belief[index] = 1.0
         common = best_motion(pairs, belief, length, kind)
         rest = np.array([left_over(pairs, int(p), common) for p in index])
         return np.asarray(np.exp(-0.5 * rest / length**2))
-    if kind == EVEN:
+    if kind == Profile.EVEN:
         return np.ones(len(index))
-    assert kind == GAUSSIAN
+    assert kind == Profile.GAUSSIAN
     return np.asarray(np.exp(-0.5 * (distance / length) ** 2))
 
 

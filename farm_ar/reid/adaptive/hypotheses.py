@@ -11,19 +11,9 @@ from scipy.special import i0e, i1e
 from farm_ar.arrays import FloatArray, IntArray, read_only
 from farm_ar.reid.adaptive.options import AdaptiveOptions
 from farm_ar.reid.adaptive.records import (
-    AHEAD,
-    BENDING,
-    EVEN,
-    EXPONENTIAL,
-    GAUSSIAN,
-    RAY,
-    RING,
-    STREAMING,
-    STUDENT,
-    TOGETHER,
-    TURNING,
     Concentrations,
     Motions,
+    Profile,
     Profiles,
 )
 
@@ -75,27 +65,27 @@ class Family:
 
 
 FAMILIES = (
-    Family("gaussian", 0.24, GAUSSIAN, 0.003, folds=True),
-    Family("exponential", 0.10, EXPONENTIAL, 0.003),
-    Family("student", 0.05, STUDENT, 0.003, folds=True),
-    Family("stay or move, few", 0.05, STUDENT, 0.04),
-    Family("stay or move", 0.06, GAUSSIAN, 0.12, folds=True),
-    Family("nudged or moved", 0.06, STUDENT, 0.15, folds=True),
-    Family("stay or move, many", 0.03, GAUSSIAN, 0.35, folds=True),
-    Family("forward", 0.04, RING, 0.02, 0.25, 1.0, 4, WALKING),
-    Family("forward, swerving", 0.024, RING, 0.02, 0.25, 3.0, 4, WALKING),
-    Family("forward, speeds differ", 0.02, RING, 0.08, 0.7, 1.0, 4, WALKING),
-    Family("ahead", 0.032, AHEAD, 0.01, 0.5, 0.0, 4, WALKING),
-    Family("ahead, some far, some not", 0.032, AHEAD, 0.03, 1.0, 0.0, 4, WALKING),
-    Family("together", 0.30, TOGETHER, 0.003, folds=True),
-    Family("together, some not", 0.08, TOGETHER, 0.12),
-    Family("together, turning", 0.02, TURNING, 0.003),
-    Family("together, turning, some not", 0.005, TURNING, 0.12),
-    Family("forward, from standing on", 0.02, RAY, 0.05, 0.0, 1.0, 4, WALKING),
-    Family("forward, many turn off", 0.01, RING, 0.35, 0.25, 1.0, 4, WALKING),
-    Family("together, and ahead", 0.04, STREAMING, 0.003),
-    Family("together, bending", 0.03, BENDING, 0.003),
-    Family("anywhere", 0.003, EVEN, 1.0),
+    Family("gaussian", 0.24, Profile.GAUSSIAN, 0.003, folds=True),
+    Family("exponential", 0.10, Profile.EXPONENTIAL, 0.003),
+    Family("student", 0.05, Profile.STUDENT, 0.003, folds=True),
+    Family("stay or move, few", 0.05, Profile.STUDENT, 0.04),
+    Family("stay or move", 0.06, Profile.GAUSSIAN, 0.12, folds=True),
+    Family("nudged or moved", 0.06, Profile.STUDENT, 0.15, folds=True),
+    Family("stay or move, many", 0.03, Profile.GAUSSIAN, 0.35, folds=True),
+    Family("forward", 0.04, Profile.RING, 0.02, 0.25, 1.0, 4, WALKING),
+    Family("forward, swerving", 0.024, Profile.RING, 0.02, 0.25, 3.0, 4, WALKING),
+    Family("forward, speeds differ", 0.02, Profile.RING, 0.08, 0.7, 1.0, 4, WALKING),
+    Family("ahead", 0.032, Profile.AHEAD, 0.01, 0.5, 0.0, 4, WALKING),
+    Family("ahead, some far, some not", 0.032, Profile.AHEAD, 0.03, 1.0, 0.0, 4, WALKING),
+    Family("together", 0.30, Profile.TOGETHER, 0.003, folds=True),
+    Family("together, some not", 0.08, Profile.TOGETHER, 0.12),
+    Family("together, turning", 0.02, Profile.TURNING, 0.003),
+    Family("together, turning, some not", 0.005, Profile.TURNING, 0.12),
+    Family("forward, from standing on", 0.02, Profile.RAY, 0.05, 0.0, 1.0, 4, WALKING),
+    Family("forward, many turn off", 0.01, Profile.RING, 0.35, 0.25, 1.0, 4, WALKING),
+    Family("together, and ahead", 0.04, Profile.STREAMING, 0.003),
+    Family("together, bending", 0.03, Profile.BENDING, 0.003),
+    Family("anywhere", 0.003, Profile.EVEN, 1.0),
 )
 """The families that are averaged; what was learnt of a place counts on their order, so new ones come last."""
 
@@ -157,11 +147,11 @@ def hypotheses(options: AdaptiveOptions, scales: int) -> Hypotheses:
     group = [0]
     for f, family in enumerate(FAMILIES):
         levels = range(family.least, scales)
-        if family.kind == EVEN:
+        if family.kind == Profile.EVEN:
             levels = range(EVEN_LEVEL, EVEN_LEVEL + 1)
         headings = [t for t in range(len(turns)) if _tried(family, t, nothing, last_shared)]
         course = dict.fromkeys(headings, -1)
-        if family.kind in (RING, RAY):
+        if family.kind in (Profile.RING, Profile.RAY):
             for t in headings:
                 kappa_of = concentration(float(np.hypot(family.course * 0.35 * turns[t], options.course_sd)))
                 if kappa_of not in courses:
@@ -173,9 +163,9 @@ def hypotheses(options: AdaptiveOptions, scales: int) -> Hypotheses:
             if place not in profiles:
                 profiles.append(place)
             where = profiles.index(place)
-            beyond = where if family.kind == EVEN else -1
+            beyond = where if family.kind == Profile.EVEN else -1
             for t in headings:
-                chance = family.prior * float(share) * (1.0 if family.kind == EVEN else shares[t])
+                chance = family.prior * float(share) * (1.0 if family.kind == Profile.EVEN else shares[t])
                 rows.append((where, t, course[t], family.far, beyond, int(a), chance, f))
             group.append(len(rows))
     columns = list(zip(*rows, strict=True))
@@ -214,15 +204,15 @@ def hypotheses(options: AdaptiveOptions, scales: int) -> Hypotheses:
 
 def _tried(family: Family, turn: int, nothing: int, anyone: int) -> bool:
     """Whether a family is tried with some concentration of turns."""
-    if family.kind == EVEN:
+    if family.kind == Profile.EVEN:
         return turn == 0  # as good as any, for things that go anywhere are turned anyhow
     if turn >= anyone:
-        return family.kind not in (RING, RAY, AHEAD)
+        return family.kind not in (Profile.RING, Profile.RAY, Profile.AHEAD)
     if turn > nothing + len(FOLDS):
-        return family.kind >= TOGETHER
+        return family.kind >= Profile.TOGETHER
     if turn > nothing:
         return family.folds
-    return turn < nothing or family.kind not in (RING, RAY, AHEAD)
+    return turn < nothing or family.kind not in (Profile.RING, Profile.RAY, Profile.AHEAD)
 
 
 def _scale_prior(scale: float, family: Family, options: AdaptiveOptions) -> float:

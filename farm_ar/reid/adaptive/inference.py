@@ -15,7 +15,15 @@ from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.kernels import compiled
 from farm_ar.reid.adaptive.common import find_common, free_share
 from farm_ar.reid.adaptive.densities import LOOSELY, tabulate
-from farm_ar.reid.adaptive.records import Concentrations, Motions, Pairs, Profiles, Seeing, Sparse, Table
+from farm_ar.reid.adaptive.records import (
+    Concentrations,
+    DetectionModel,
+    Motions,
+    Pairs,
+    Profiles,
+    Sparse,
+    Table,
+)
 from farm_ar.reid.adaptive.screening import (
     FEW_ROUNDS,
     SCREENED,
@@ -62,23 +70,23 @@ def tabulated(pairs: Pairs, profiles: Profiles, angles: Concentrations) -> Table
 
 
 @_compile
-def log_prior_of(h: int, w: int, q: int, motions: Motions, seeing: Seeing, table: Table) -> float:
+def log_prior_of(h: int, w: int, q: int, motions: Motions, detecting: DetectionModel, table: Table) -> float:
     """Log of the prior of a hypothesis, with what a shared motion's freedom costs."""
     motion = motions.log_prior[h] + freedom_of(h, motions, table)
-    return float(motion + seeing.log_sizes[w] + seeing.log_rates[q])
+    return float(motion + detecting.log_sizes[w] + detecting.log_rates[q])
 
 
 @_compile
 def refine(
     pairs: Pairs,
     motions: Motions,
-    seeing: Seeing,
+    detecting: DetectionModel,
     table: Table,
     screened: FloatArray,
     some: Sparse,
 ) -> IntArray:
     """(K, 3) hypotheses that may count, indices of motion, sizes and rates, the likeliest first."""
-    labels, sizes, rates = len(seeing.anywhere), len(pairs.size), len(seeing.unseen)
+    labels, sizes, rates = len(detecting.anywhere), len(pairs.size), len(detecting.unseen)
     density, factor = np.empty(len(pairs.label)), np.empty(labels)
     weighed, to_row = np.empty(len(pairs.label)), np.empty(len(pairs.label))
     top, kept = -np.inf, 0
@@ -100,11 +108,11 @@ def refine(
             for p in range(len(density)):
                 weighed[p] = density[p] * pairs.size[w, p]
             for q in range(rates):
-                prior = log_prior_of(h, w, q, motions, seeing, table)
-                if bound_under(h, q, pairs, seeing, motions, weighed, factor) + prior < best - 7.0:
+                prior = log_prior_of(h, w, q, motions, detecting, table)
+                if bound_under(h, q, pairs, detecting, motions, weighed, factor) + prior < best - 7.0:
                     continue
-                total = weigh_under(h, q, pairs, seeing, motions, weighed, some, factor)
-                to_row[:] = free_share(len(seeing.none), labels)
+                total = weigh_under(h, q, pairs, detecting, motions, weighed, some, factor)
+                to_row[:] = free_share(len(detecting.none), labels)
                 found = prior + total + propagate(some, labels, to_row, FEW_ROUNDS + 2, 1e-3)
                 if motions.beyond[h] < 0:
                     best = max(best, found)
@@ -120,18 +128,18 @@ def refine(
 
 @_compile
 def posterior(
-    chosen: IntArray, pairs: Pairs, motions: Motions, seeing: Seeing, table: Table, some: Sparse
+    chosen: IntArray, pairs: Pairs, motions: Motions, detecting: DetectionModel, table: Table, some: Sparse
 ) -> tuple[FloatArray, FloatArray]:
     """(K,) probabilities of (K, 3) hypotheses, and the (K, P) messages of belief propagation under each."""
-    labels, n = len(seeing.anywhere), len(seeing.none)
+    labels, n = len(detecting.anywhere), len(detecting.none)
     density, factor = np.empty(len(pairs.label)), np.empty(labels)
     evidence = np.empty(len(chosen))
     messages = np.full((len(chosen), len(pairs.label)), free_share(n, labels))
     for k in range(len(chosen)):
         h, w, q = chosen[k]
         density_of(h, pairs, motions, table, pairs.size[w] * pairs.like, density)
-        total = weigh_under(h, q, pairs, seeing, motions, density, some, factor)
-        evidence[k] = log_prior_of(h, w, q, motions, seeing, table) + total
+        total = weigh_under(h, q, pairs, detecting, motions, density, some, factor)
+        evidence[k] = log_prior_of(h, w, q, motions, detecting, table) + total
         bethe = propagate(some, labels, messages[k], MOST_ROUNDS, 1e-5)
         evidence[k] += exact_evidence(some, labels) if n <= CHEAP else bethe
     share = np.exp(evidence - evidence.max())
@@ -144,7 +152,7 @@ def infer(
     profiles: Profiles,
     angles: Concentrations,
     motions: Motions,
-    seeing: Seeing,
+    detecting: DetectionModel,
     most_exact: int,
     probability: FloatArray,
 ) -> tuple[IntArray, FloatArray, bool]:
@@ -155,7 +163,7 @@ def infer(
         profiles: of the shifts.
         angles: of turns and courses.
         motions: the motions.
-        seeing: what is known of detecting.
+        detecting: what is known of detecting.
         most_exact: detections of a part up to which marginals may be exact.
         probability: (N, M + 1) filled with zeros; gets the probability of each label and of none.
 
@@ -163,7 +171,7 @@ def infer(
         The (K, 3) hypotheses that count, indices of motion, sizes and rates; the (K,) probability of each;
         and whether the marginals under the most probable one are exact.
     """
-    n, count = len(seeing.none), len(pairs.label)
+    n, count = len(detecting.none), len(pairs.label)
     table = tabulated(pairs, profiles, angles)
     some = Sparse(
         np.zeros(n + 1, dtype=np.int64),
@@ -174,11 +182,11 @@ def infer(
     )
     like = np.zeros(count)
     for w in range(len(pairs.size)):
-        like += math.exp(seeing.log_sizes[w]) * pairs.size[w] * pairs.like
+        like += math.exp(detecting.log_sizes[w]) * pairs.size[w] * pairs.like
     find_common(
         pairs,
         profiles,
-        seeing,
+        detecting,
         like * (0.5 + 0.5 * table.turn[LOOSELY] * 2 * math.pi),
         some,
         table.shift,
@@ -186,15 +194,15 @@ def infer(
         table.swing,
     )
     screened = np.empty(len(motions.log_prior))
-    screen(pairs, motions, seeing, table, like, some, screened)
-    chosen = refine(pairs, motions, seeing, table, screened, some)
-    share, messages = posterior(chosen, pairs, motions, seeing, table, some)
-    density, factor = np.empty(count), np.empty(len(seeing.anywhere))
+    screen(pairs, motions, detecting, table, like, some, screened)
+    chosen = refine(pairs, motions, detecting, table, screened, some)
+    share, messages = posterior(chosen, pairs, motions, detecting, table, some)
+    density, factor = np.empty(count), np.empty(len(detecting.anywhere))
     exact = False
     for k in range(len(chosen)):
         h, w, q = chosen[k]
         density_of(h, pairs, motions, table, pairs.size[w] * pairs.like, density)
-        weigh_under(h, q, pairs, seeing, motions, density, some, factor)
+        weigh_under(h, q, pairs, detecting, motions, density, some, factor)
         whole = add_marginals(some, messages[k], share[k], most_exact, WORK * share[k], probability)
         if share[k] == share.max():
             exact = whole

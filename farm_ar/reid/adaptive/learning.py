@@ -10,12 +10,12 @@ from farm_ar.reid.adaptive.common import best_motion, density_about, mean_turn, 
 from farm_ar.reid.adaptive.hypotheses import FAMILIES, MOST_SCALES, Hypotheses
 from farm_ar.reid.adaptive.inference import tabulated
 from farm_ar.reid.adaptive.records import (
-    TOGETHER,
     Concentrations,
+    DetectionModel,
     Motions,
     Pairs,
+    Profile,
     Profiles,
-    Seeing,
     Table,
 )
 from farm_ar.reid.adaptive.screening import density_of, freedom_of
@@ -31,7 +31,7 @@ def common_of(pairs: Pairs, profiles: Profiles, chosen: IntArray, table: Table) 
         belief[p] = 1.0
     for r in range(len(profiles.kind)):
         kind, length = profiles.kind[r], profiles.length[r]
-        if kind >= TOGETHER:
+        if kind >= Profile.TOGETHER:
             common = best_motion(pairs, belief, length, kind)
             table.penalty[r] = occam(length, common, profiles.length.max())
             density_about(pairs, common, length, table.shift[r])
@@ -77,19 +77,19 @@ def motion_evidence(pairs: Pairs, chosen: IntArray, every: Hypotheses) -> FloatA
     return result
 
 
-def rates_evidence(seeing: Seeing, inside: FloatArray, seen: IntArray, none: int) -> FloatArray:
+def rates_evidence(detecting: DetectionModel, inside: FloatArray, seen: IntArray, none: int) -> FloatArray:
     """(Q,) log evidence of what was seen, missed and new for each pair of rates.
 
     Args:
-        seeing: what is known of detecting.
+        detecting: what is known of detecting.
         inside: (M,) probability that each label's object is in view.
         seen: (K,) the labels that were.
         none: how many detections had no label.
     """
     missed = np.ones(len(inside), dtype=bool)
     missed[seen] = False
-    result = np.empty(len(seeing.unseen))
-    for q, (unseen, new) in enumerate(zip(seeing.unseen, seeing.new, strict=True)):
+    result = np.empty(len(detecting.unseen))
+    for q, (unseen, new) in enumerate(zip(detecting.unseen, detecting.new, strict=True)):
         absent = np.maximum(1 - (1 - unseen) * inside[missed], 1e-9)
         result[q] = np.log(absent).sum() + len(seen) * np.log(1 - unseen) + none * np.log(new) - new
     return result

@@ -10,6 +10,7 @@ import numpy as np
 
 from farm_ar.arrays import RANGE, FloatArray, IntArray
 from farm_ar.errors import SceneError, SnapshotError
+from farm_ar.reid.adaptive.detection_model import detection_model_of, motion_prior
 from farm_ar.reid.adaptive.disorder import Disorder
 from farm_ar.reid.adaptive.fit import MISFIT, doubted, predictive_p_value
 from farm_ar.reid.adaptive.hypotheses import MOST_SCALES, Hypotheses, hypotheses, scales_for
@@ -17,7 +18,6 @@ from farm_ar.reid.adaptive.inference import infer
 from farm_ar.reid.adaptive.learning import motion_evidence, rates_evidence
 from farm_ar.reid.adaptive.options import AdaptiveOptions
 from farm_ar.reid.adaptive.pairs import Problem, Surroundings, problem_of
-from farm_ar.reid.adaptive.seeing import motion_prior, seeing_of
 from farm_ar.reid.answers import Assurance, Identification, expected_errors
 from farm_ar.reid.base import Reidentifier
 from farm_ar.reid.categories import codes_in, declared_codes
@@ -166,7 +166,7 @@ class AdaptiveReid(Reidentifier):
             return self.disorder
         every = hypotheses(self.options, MOST_SCALES)
         problem = self._problem(snapshot, None)
-        seeing, _ = seeing_of(snapshot, problem, self._known, every, self.options, self.disorder)
+        detecting, _ = detection_model_of(snapshot, problem, self._known, every, self.options, self.disorder)
         place = {j: k for k, j in enumerate(problem.labels.tolist())}
         pairs, chosen = problem.pairs, []
         for i, j in confirmed:
@@ -178,7 +178,7 @@ class AdaptiveReid(Reidentifier):
         scale = int(np.unravel_index(motion.argmax(), motion.shape)[2])
         known = [place[j] for _, j in confirmed if j in place]
         rates = rates_evidence(
-            seeing, seeing.in_view[scale], np.array(known, dtype=np.int64), len(seen) - len(confirmed)
+            detecting, detecting.in_view[scale], np.array(known, dtype=np.int64), len(seen) - len(confirmed)
         )
         sizes = np.log(pairs.size[:, index]).sum(axis=1)
         if len(sizes) != len(self.disorder.sizes):
@@ -193,7 +193,9 @@ class AdaptiveReid(Reidentifier):
     def _posterior(self, snapshot: Snapshot, hint: FloatArray | None) -> Posterior:
         problem = self._problem(snapshot, hint)
         every = hypotheses(self.options, scales_for(problem.extent))
-        seeing, closed = seeing_of(snapshot, problem, self._known, every, self.options, self.disorder)
+        detecting, closed = detection_model_of(
+            snapshot, problem, self._known, every, self.options, self.disorder
+        )
         prior = motion_prior(problem, every, self.disorder, closed)
         probability = np.zeros((len(snapshot.detections), len(problem.labels) + 1))
         which, share, exact = infer(
@@ -201,7 +203,7 @@ class AdaptiveReid(Reidentifier):
             every.profiles,
             every.angles,
             every.motions._replace(log_prior=prior),
-            seeing,
+            detecting,
             self.options.most_exact,
             probability,
         )

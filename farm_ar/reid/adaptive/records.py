@@ -2,17 +2,32 @@
 
 from __future__ import annotations
 
+from enum import IntEnum
 from typing import NamedTuple
 
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 
-GAUSSIAN, EXPONENTIAL, STUDENT, RING, RAY, AHEAD, EVEN, TOGETHER, TURNING, STREAMING, BENDING = range(11)
-"""Profiles of how far things move: a ring is that of things that all go about as far, a ray that of speeds
-from none on (half-normal); ahead is Gaussian about a place ahead of each thing; even is the
-same everywhere; the last four are Gaussian
-about a motion that all share: a shift, with a turn, with a speed along each thing's own heading, or with
-stretching and shearing.
-"""
+
+class Profile(IntEnum):
+    """Profiles of how far things move.
+
+    A ring is that of things that all go about as far, a ray that of speeds from none on (half-normal); ahead
+    is Gaussian about a place ahead of each thing; even is the same everywhere; the last four are Gaussian
+    about a motion that all share: a shift, with a turn, with a speed along each thing's own heading, or with
+    stretching and shearing.
+    """
+
+    GAUSSIAN = 0
+    EXPONENTIAL = 1
+    STUDENT = 2
+    RING = 3
+    RAY = 4
+    AHEAD = 5
+    EVEN = 6
+    TOGETHER = 7
+    TURNING = 8
+    STREAMING = 9
+    BENDING = 10
 
 
 class Profiles(NamedTuple):
@@ -177,7 +192,7 @@ class Common(NamedTuple):
     freedom: float
 
 
-class Seeing(NamedTuple):
+class DetectionModel(NamedTuple):
     """What is known of detecting.
 
     Args:

@@ -10,7 +10,13 @@ from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.kernels import compiled
 from farm_ar.reid.adaptive.common import free_share
 from farm_ar.reid.adaptive.densities import blend, turn_freedom, turned_together
-from farm_ar.reid.adaptive.records import Motions, Pairs, Seeing, Sparse, Table
+from farm_ar.reid.adaptive.records import (
+    DetectionModel,
+    Motions,
+    Pairs,
+    Sparse,
+    Table,
+)
 from farm_ar.reid.adaptive.sparse import propagate
 
 SCREENED = 9.0
@@ -32,11 +38,9 @@ _inlined = compiled(error_model="numpy", inline="always")
 @_inlined
 def weigh(
     pairs: Pairs,
-    seeing: Seeing,
+    detecting: DetectionModel,
     density: FloatArray,
-    scale: int,
-    far: float,
-    unseen_rate: float,
+    missed: float,
     new: float,
     some: Sparse,
     factor: FloatArray,
@@ -45,23 +49,21 @@ def weigh(
 
     Args:
         pairs: the pairs.
-        seeing: what is known of detecting.
+        detecting: what is known of detecting.
         density: (P,) of the pairs.
-        scale: index of the scale of motion.
-        far: share that goes anywhere.
-        unseen_rate: at which what is in view is missed or gone.
+        missed: log of no label being given.
         new: expected detections without a label.
         some: filled.
-        factor: (M,) room for the labels' factors.
+        factor: (M,) of the labels.
 
     Returns:
         The log of what the weights are relative to.
     """
-    n = len(seeing.none)
-    total = label_factors(seeing, scale, far, unseen_rate, factor) - new
+    n = len(detecting.none)
+    total = missed - new
     count = 0
     for i in range(n):
-        none = new * seeing.none[i]
+        none = new * detecting.none[i]
         largest = none
         for p in range(pairs.start[i], pairs.start[i + 1]):
             weight = density[p] * factor[pairs.label[p]]
@@ -85,11 +87,13 @@ def weigh(
 
 
 @_inlined
-def label_factors(seeing: Seeing, scale: int, far: float, unseen_rate: float, factor: FloatArray) -> float:
+def label_factors(
+    detecting: DetectionModel, scale: int, far: float, unseen_rate: float, factor: FloatArray
+) -> float:
     """Fill (M,) the factors of labels that are given; returns the log of none being given.
 
     Args:
-        seeing: what is known of detecting.
+        detecting: what is known of detecting.
         scale: index of the scale of motion.
         far: share that goes anywhere.
         unseen_rate: at which what is in view is missed or gone.
@@ -97,7 +101,7 @@ def label_factors(seeing: Seeing, scale: int, far: float, unseen_rate: float, fa
     """
     total, product = 0.0, 1.0
     for j in range(len(factor)):
-        view = (1.0 - far) * seeing.in_view[scale, j] + far * seeing.anywhere[j]
+        view = (1.0 - far) * detecting.in_view[scale, j] + far * detecting.anywhere[j]
         unseen = max(1.0 - (1.0 - unseen_rate) * view, 1e-9)
         product *= unseen
         if product < 1e-200:
@@ -109,22 +113,27 @@ def label_factors(seeing: Seeing, scale: int, far: float, unseen_rate: float, fa
 
 @_inlined
 def bound_of(
-    pairs: Pairs, seeing: Seeing, density: FloatArray, missed: float, new: float, factor: FloatArray
+    pairs: Pairs,
+    detecting: DetectionModel,
+    density: FloatArray,
+    missed: float,
+    new: float,
+    factor: FloatArray,
 ) -> float:
     """The log of an upper bound of the evidence: as if labels could be given twice.
 
     Args:
         pairs: the pairs.
-        seeing: what is known of detecting.
+        detecting: what is known of detecting.
         density: (P,) of the pairs.
         missed: log of no label being given.
         new: expected detections without a label.
         factor: (M,) of the labels.
     """
     total, product = missed - new, 1.0
-    for i in range(len(seeing.none)):
+    for i in range(len(detecting.none)):
         start, end = pairs.start[i], pairs.start[i + 1]
-        first, second, third, fourth = new * seeing.none[i], 0.0, 0.0, 0.0
+        first, second, third, fourth = new * detecting.none[i], 0.0, 0.0, 0.0
         p = start
         while p + 3 < end:  # sums that do not wait for one another
             first += density[p] * factor[pairs.label[p]]
@@ -157,24 +166,30 @@ def weigh_under(
     h: int,
     q: int,
     pairs: Pairs,
-    seeing: Seeing,
+    detecting: DetectionModel,
     motions: Motions,
     density: FloatArray,
     some: Sparse,
     factor: FloatArray,
 ) -> float:
     """`weigh` under motion h and rates q."""
-    scale, far = motions.scale[h], motions.far[h]
-    return weigh(pairs, seeing, density, scale, far, seeing.unseen[q], seeing.new[q], some, factor)
+    missed = label_factors(detecting, motions.scale[h], motions.far[h], detecting.unseen[q], factor)
+    return weigh(pairs, detecting, density, missed, detecting.new[q], some, factor)
 
 
 @_inlined
 def bound_under(
-    h: int, q: int, pairs: Pairs, seeing: Seeing, motions: Motions, density: FloatArray, factor: FloatArray
+    h: int,
+    q: int,
+    pairs: Pairs,
+    detecting: DetectionModel,
+    motions: Motions,
+    density: FloatArray,
+    factor: FloatArray,
 ) -> float:
     """`bound_of` under motion h and rates q."""
-    missed = label_factors(seeing, motions.scale[h], motions.far[h], seeing.unseen[q], factor)
-    return bound_of(pairs, seeing, density, missed, seeing.new[q], factor)
+    missed = label_factors(detecting, motions.scale[h], motions.far[h], detecting.unseen[q], factor)
+    return bound_of(pairs, detecting, density, missed, detecting.new[q], factor)
 
 
 @_inlined
@@ -237,7 +252,7 @@ def highest(values: FloatArray) -> FloatArray:
 def screen(
     pairs: Pairs,
     motions: Motions,
-    seeing: Seeing,
+    detecting: DetectionModel,
     table: Table,
     like: FloatArray,
     some: Sparse,
@@ -252,17 +267,17 @@ def screen(
     Args:
         pairs: the pairs.
         motions: the motions.
-        seeing: what is known of detecting.
+        detecting: what is known of detecting.
         table: densities of the pairs.
         like: (P,) weight of what does not depend on motions.
         some: room for weights.
         evidence: filled.
     """
-    labels, groups = len(seeing.anywhere), len(motions.group) - 1
+    labels, groups = len(detecting.anywhere), len(motions.group) - 1
     density, factor, to_row = np.empty(len(like)), np.empty(labels), np.empty(len(like))
     best_turn, best_course, turn = highest(table.turn), highest(table.course), np.empty(len(like))
-    rates = np.array([len(seeing.unseen) // 2, len(seeing.unseen) - 1])
-    chance = np.array([0.0, seeing.log_rates[-1]])
+    rates = np.array([len(detecting.unseen) // 2, len(detecting.unseen) - 1])
+    chance = np.array([0.0, detecting.log_rates[-1]])
     tried = 2 if chance[1] > UNLIKELY else 1
     bound = np.full(groups, -np.inf)
     evidence[:] = -np.inf
@@ -279,7 +294,7 @@ def screen(
                 best = np.maximum(best, turn)
         density_by(h, best, best_course, pairs, motions, table, like, density)
         for k in range(tried):
-            most = bound_under(h, rates[k], pairs, seeing, motions, density, factor)
+            most = bound_under(h, rates[k], pairs, detecting, motions, density, factor)
             bound[g] = max(bound[g], prior + chance[k] + most)
     top = -np.inf
     for g in falling(bound):
@@ -291,10 +306,10 @@ def screen(
                 continue
             density_of(h, pairs, motions, table, like, density)
             for k in range(tried):
-                most = bound_under(h, rates[k], pairs, seeing, motions, density, factor)
+                most = bound_under(h, rates[k], pairs, detecting, motions, density, factor)
                 if prior + chance[k] + most > top - SCREENED:
-                    total = weigh_under(h, rates[k], pairs, seeing, motions, density, some, factor)
-                    to_row[:] = free_share(len(seeing.none), labels)
+                    total = weigh_under(h, rates[k], pairs, detecting, motions, density, some, factor)
+                    to_row[:] = free_share(len(detecting.none), labels)
                     found = total + propagate(some, labels, to_row, FEW_ROUNDS, 1e-3)
                     evidence[h] = max(evidence[h], prior + chance[k] + found)
                     if motions.beyond[h] < 0:

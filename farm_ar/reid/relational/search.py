@@ -12,7 +12,7 @@ from farm_ar.reid.likelihood.densities import look
 from farm_ar.reid.likelihood.records import Eyes, Found, Known, Ways
 from farm_ar.reid.place import USUAL_LENGTH_M, Lengths
 from farm_ar.reid.registration import RigidMotion, concentration_of
-from farm_ar.reid.relational.fitting import STILL, Limits, fill_frame, fit_frame, fit_group, new_reach
+from farm_ar.reid.relational.fit import STILL, Limits, fill_frame, fit_frame, fit_group, new_reach
 from farm_ar.reid.relational.groups import a_group, fresh
 from farm_ar.reid.relational.options import Relation, RelationalOptions
 from farm_ar.reid.relational.records import Frame, Group, Outcome, Search, Sight

@@ -11,7 +11,7 @@ from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.kernels import compiled
 from farm_ar.reid.likelihood.records import Known, Reach
 from farm_ar.reid.relational.records import Group, Search, Sight
-from farm_ar.reid.relational.weighing import move_labels
+from farm_ar.reid.relational.weights import move_labels
 
 MOST_SEEDS = 500
 """Motions of one group that are looked at."""

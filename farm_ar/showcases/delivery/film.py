@@ -14,7 +14,7 @@ from farm_ar.envs.delivery.picture import INK, WRONG, paste, picture
 from farm_ar.rendering import Intrinsics, Renderer, View
 from farm_ar.showcases.delivery.trials import Trial, deliver
 from farm_ar.showcases.interior import LAMP, chair_instances, fixed_instances
-from farm_ar.showcases.showing import Image
+from farm_ar.showcases.result import Image
 
 FPS = 10
 """Twice as fast as it happened: the robot takes five steps a second."""

@@ -11,7 +11,7 @@ import numpy as np
 from farm_ar.arrays import FloatArray
 from farm_ar.envs.delivery import Courier, Delivery, DeliveryConfig, Room
 from farm_ar.envs.delivery.delivery import start_of
-from farm_ar.showcases.showing import Report, Row, Shown, column, number, percent, points
+from farm_ar.showcases.result import Report, Row, Shown, column, number, percent, points
 
 METHODS = ("naive", "spatial", "likelihood", "adaptive")
 """naive drives to where the target was, and delivers to the chair that stands nearest to there."""

@@ -16,7 +16,7 @@ from farm_ar.rendering import Instance, Intrinsics, Renderer, View
 from farm_ar.rendering.interior import SEAT_M, person
 from farm_ar.scenes import Layout
 from farm_ar.showcases.interior import LAMP, chair_instances, fixed_instances, raised
-from farm_ar.showcases.showing import Image
+from farm_ar.showcases.result import Image
 from farm_ar.showcases.storytelling.story import CHARACTERS, Seat, Story, seats_of, viewer
 
 FPS = 12

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from farm_ar.geometry import wrap
-from farm_ar.showcases.showing import Report, Row, Shown, column, percent, points
+from farm_ar.showcases.result import Report, Row, Shown, column, percent, points
 from farm_ar.showcases.storytelling.story import CHARACTERS, METHODS, Story, outcome_of, seats_of
 
 LEAST = 0.8

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from farm_ar.envs.delivery import Room
-from farm_ar.envs.delivery.planning import KEEP_M, Grid, length_of
+from farm_ar.envs.delivery.planner import KEEP_M, Grid, length_of
 from farm_ar.envs.delivery.rgbd import DepthCamera
 from farm_ar.envs.delivery.robot import MOST_M_S, Pose, Robot, Twist
 from farm_ar.geometry import convert_pose, deepest_overlap, footprint_corners, pose_matrix

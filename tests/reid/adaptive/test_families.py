@@ -10,7 +10,7 @@ from farm_ar.reid.adaptive.densities import SWINGS
 from farm_ar.reid.adaptive.hypotheses import MOST_SCALES, hypotheses
 from farm_ar.reid.adaptive.inference import tabulated
 from farm_ar.reid.adaptive.learning import common_of
-from farm_ar.reid.adaptive.records import BENDING, STREAMING, TOGETHER, TURNING
+from farm_ar.reid.adaptive.records import Profile
 from farm_ar.reid.adaptive.screening import freedom_of
 from farm_ar.scenes import Camera, Detections, FieldOfView, Layout, Scene, Snapshot
 
@@ -60,7 +60,7 @@ def test_a_shared_shift_with_a_speed_ahead_is_the_least_squares_one(seed):
                             np.stack([pairs.ahead_z[own], np.zeros(9), np.ones(9)], -1)])  # fmt: skip
     wanted = np.concatenate([pairs.shift_x[own], pairs.shift_z[own]])
     (ahead, east, north), *_ = np.linalg.lstsq(known, wanted)
-    found = best_motion(pairs, belief, 0.1, STREAMING)
+    found = best_motion(pairs, belief, 0.1, Profile.STREAMING)
     if ahead > 0:
         np.testing.assert_allclose([found.ahead, found.east, found.north], [ahead, east, north], atol=1e-9)
     else:
@@ -71,13 +71,13 @@ def test_a_shared_shift_is_the_mean_and_a_shared_turn_that_of_kabsch():
     pairs, belief = pairs_of(3)
     own = belief > 0
     shift = np.stack([pairs.shift_x[own], pairs.shift_z[own]], -1)
-    found = best_motion(pairs, belief, 0.1, TOGETHER)
+    found = best_motion(pairs, belief, 0.1, Profile.TOGETHER)
     np.testing.assert_allclose([found.east, found.north], shift.mean(axis=0))
     place = np.stack([pairs.from_x[own], pairs.from_z[own]], -1)
     u, _, vt = np.linalg.svd((place - place.mean(0)).T @ (place + shift - (place + shift).mean(0)))
     turn = vt.T @ np.diag([1, np.sign(np.linalg.det(vt.T @ u.T))]) @ u.T
     # A scale of next to nothing leaves nothing of the prior of no turn; clockwise from above.
-    found = best_motion(pairs, belief, 1e-6, TURNING)
+    found = best_motion(pairs, belief, 1e-6, Profile.TURNING)
     np.testing.assert_allclose([[found.xx, found.xz], [found.zx, found.zz]], turn, atol=1e-6)
 
 
@@ -88,7 +88,7 @@ def test_a_shared_bending_is_that_of_ridge_regression_and_its_freedom_that_of_it
     shift = np.stack([pairs.shift_x[own], pairs.shift_z[own]], -1)
     x, y = place - place.mean(axis=0), shift - shift.mean(axis=0)
     bend = np.linalg.solve(x.T @ x / length**2 + np.eye(2) / BEND_SD**2, x.T @ y / length**2).T
-    found = best_motion(pairs, belief, length, BENDING)
+    found = best_motion(pairs, belief, length, Profile.BENDING)
     np.testing.assert_allclose([[found.xx, found.xz], [found.zx, found.zz]], np.eye(2) + bend, atol=1e-9)
     # The shifts have a Gaussian evidence in which the bending is integrated out; at the best one it is more.
     spread = length**2 * np.eye(9) + BEND_SD**2 * x @ x.T

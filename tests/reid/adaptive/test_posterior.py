@@ -8,21 +8,14 @@ from scipy import stats
 from scipy.special import i0e
 
 from farm_ar.reid import AdaptiveReid
+from farm_ar.reid.adaptive.detection_model import detection_model_of, motion_prior
 from farm_ar.reid.adaptive.hypotheses import hypotheses, scales_for
 from farm_ar.reid.adaptive.inference import exact_evidence, infer
 from farm_ar.reid.adaptive.records import (
-    AHEAD,
-    EVEN,
-    EXPONENTIAL,
-    GAUSSIAN,
-    RAY,
-    RING,
-    STUDENT,
-    TOGETHER,
+    Profile,
     Sparse,
 )
 from farm_ar.reid.adaptive.screening import bound_under, weigh_under
-from farm_ar.reid.adaptive.seeing import motion_prior, seeing_of
 from farm_ar.scenes import Camera, Detections, FieldOfView, Layout, Scene, Snapshot
 
 FULL = FieldOfView(np.pi, np.pi, 50.0)
@@ -46,24 +39,24 @@ def chairs(seed, labels=4, detections=3, shift=0.3):
 def shift_density(kind, length, width, shift, heading):
     """Density in the plane of a shift (2,), given the mean heading (2,)."""
     r = np.hypot(*shift)
-    if kind == GAUSSIAN:
+    if kind == Profile.GAUSSIAN:
         return stats.multivariate_normal(np.zeros(2), length**2).pdf(shift)
-    if kind == EXPONENTIAL:
+    if kind == Profile.EXPONENTIAL:
         return stats.gamma(2, scale=length).pdf(r) / (2 * np.pi * r)
-    if kind == STUDENT:
+    if kind == Profile.STUDENT:
         return stats.multivariate_t(np.zeros(2), length**2 * np.eye(2), df=2).pdf(shift)
-    if kind == AHEAD:
+    if kind == Profile.AHEAD:
         return stats.multivariate_normal(length * heading, (width * length) ** 2).pdf(shift)
-    if kind == RAY:
+    if kind == Profile.RAY:
         bulk = stats.halfnorm(scale=length).pdf(0) / (2 * np.pi * max(r, 0.05 * length))
         even = 1 / (np.pi * (r**2 + 0.02**2) * np.log1p((length / 0.02) ** 2))
         return (bulk + even) / 2 * np.exp(-((r / length) ** 2) / 2)
-    assert kind == RING
+    assert kind == Profile.RING
     far = max(r, 0.1 * length)
     return stats.lognorm(width, scale=length).pdf(far) / (2 * np.pi * far)
 
 
-def by_enumeration(reid, snapshot, problem, every, seeing, prior):
+def by_enumeration(reid, snapshot, problem, every, detecting, prior):
     """(N, M + 1) marginals: the sum over all hypotheses but shared motions, and over all ways."""
     known, layout, seen = reid._known, reid.scene.layout, snapshot.detections
     unit, angles, motions = known.spacing, every.angles, every.motions
@@ -86,7 +79,7 @@ def by_enumeration(reid, snapshot, problem, every, seeing, prior):
         if len({j for j in way if j < m}) == sum(j < m for j in way)
     ]
     total, shifts = np.zeros((n, m + 1)), {}
-    for h in np.flatnonzero(every.profiles.kind[motions.profile] < TOGETHER):
+    for h in np.flatnonzero(every.profiles.kind[motions.profile] < Profile.TOGETHER):
         p, t, c = motions.profile[h], motions.heading[h], motions.course[h]
         turn = np.full((n, m), 1 / (2 * np.pi))
         if angles.turn[t] > 0:
@@ -99,7 +92,7 @@ def by_enumeration(reid, snapshot, problem, every, seeing, prior):
                 parts = every.profiles.kind[one], every.profiles.length[one], every.profiles.width[one]
                 pairs = itertools.product(range(n), range(m))
                 near = [
-                    1 / area if parts[0] == EVEN else shift_density(*parts, steps[i, j], mean[i, j])
+                    1 / area if parts[0] == Profile.EVEN else shift_density(*parts, steps[i, j], mean[i, j])
                     for i, j in pairs
                 ]
                 shifts[one] = np.reshape(near, (n, m))
@@ -114,11 +107,12 @@ def by_enumeration(reid, snapshot, problem, every, seeing, prior):
         beyond = motions.beyond[h]
         moved = far if beyond < 0 else shifts[beyond] / (2 * np.pi)
         density = (1 - motions.far[h]) * near * turn + motions.far[h] * moved
-        view = (1 - motions.far[h]) * seeing.in_view[motions.scale[h]] + motions.far[h] * seeing.anywhere
-        for q, (gone, new) in enumerate(zip(seeing.unseen, seeing.new, strict=True)):
+        near_by = (1 - motions.far[h]) * detecting.in_view[motions.scale[h]]
+        view = near_by + motions.far[h] * detecting.anywhere
+        for q, (gone, new) in enumerate(zip(detecting.unseen, detecting.new, strict=True)):
             unseen = 1 - (1 - gone) * view
-            weight = np.hstack([density * (1 - gone) / unseen, (new * seeing.none)[:, None]])
-            scale = np.exp(prior[h] + seeing.log_rates[q] - new) * unseen.prod()
+            weight = np.hstack([density * (1 - gone) / unseen, (new * detecting.none)[:, None]])
+            scale = np.exp(prior[h] + detecting.log_rates[q] - new) * unseen.prod()
             for way in ways:
                 value = scale * np.prod(weight[np.arange(n), way])
                 total[np.arange(n), way] += value
@@ -131,20 +125,20 @@ def test_marginals_are_those_of_all_ways_under_all_hypotheses(seed, shift):
     reid = AdaptiveReid(scene)
     problem = reid._problem(snapshot, None)
     every = hypotheses(reid.options, scales_for(problem.extent))
-    seeing, closed = seeing_of(snapshot, problem, reid._known, every, reid.options, reid.disorder)
+    detecting, closed = detection_model_of(snapshot, problem, reid._known, every, reid.options, reid.disorder)
     prior = motion_prior(problem, every, reid.disorder, closed)
-    alone = np.where(every.profiles.kind[every.motions.profile] >= TOGETHER, -np.inf, prior)
+    alone = np.where(every.profiles.kind[every.motions.profile] >= Profile.TOGETHER, -np.inf, prior)
     found = np.zeros((2, 4))
     infer(
         problem.pairs,
         every.profiles,
         every.angles,
         every.motions._replace(log_prior=alone),
-        seeing,
+        detecting,
         12,
         found,
     )
-    expected = by_enumeration(reid, snapshot, problem, every, seeing, prior)
+    expected = by_enumeration(reid, snapshot, problem, every, detecting, prior)
     np.testing.assert_allclose(found, expected, atol=0.01)
 
 
@@ -156,9 +150,9 @@ def test_the_bound_is_the_product_of_all_that_each_detection_may_be(seed, scale)
     reid = AdaptiveReid(scene)
     problem = reid._problem(snapshot, None)
     every = hypotheses(reid.options, scales_for(problem.extent))
-    seeing, _ = seeing_of(snapshot, problem, reid._known, every, reid.options, reid.disorder)
+    detecting, _ = detection_model_of(snapshot, problem, reid._known, every, reid.options, reid.disorder)
     pairs = problem.pairs
-    n, m = len(seeing.none), len(seeing.anywhere)
+    n, m = len(detecting.none), len(detecting.anywhere)
     density, factor = scale * rng.random(len(pairs.label)) ** 8, np.empty(m)
     some = Sparse(
         np.zeros(n + 1, dtype=np.int64),
@@ -168,13 +162,13 @@ def test_the_bound_is_the_product_of_all_that_each_detection_may_be(seed, scale)
         np.empty(n),
     )
     for h, q in ((0, 0), (40, 3), (len(every.motions.far) - 1, 7)):
-        bound = bound_under(h, q, pairs, seeing, every.motions, density, factor)
+        bound = bound_under(h, q, pairs, detecting, every.motions, density, factor)
         far = every.motions.far[h]
-        view = (1 - far) * seeing.in_view[every.motions.scale[h]] + far * seeing.anywhere
-        unseen = np.maximum(1 - (1 - seeing.unseen[q]) * view, 1e-9)
-        each = np.append(density * ((1 - seeing.unseen[q]) / unseen)[pairs.label], 0.0)
-        sums = np.add.reduceat(each, pairs.start[:-1]) + seeing.new[q] * seeing.none
-        expected = np.log(unseen).sum() - seeing.new[q] + np.log(np.maximum(sums, 1e-300)).sum()
+        view = (1 - far) * detecting.in_view[every.motions.scale[h]] + far * detecting.anywhere
+        unseen = np.maximum(1 - (1 - detecting.unseen[q]) * view, 1e-9)
+        each = np.append(density * ((1 - detecting.unseen[q]) / unseen)[pairs.label], 0.0)
+        sums = np.add.reduceat(each, pairs.start[:-1]) + detecting.new[q] * detecting.none
+        expected = np.log(unseen).sum() - detecting.new[q] + np.log(np.maximum(sums, 1e-300)).sum()
         assert bound == pytest.approx(expected, rel=1e-12)
-        total = weigh_under(h, q, pairs, seeing, every.motions, density, some, factor)
+        total = weigh_under(h, q, pairs, detecting, every.motions, density, some, factor)
         assert total + exact_evidence(some, m) <= bound + 1e-9

@@ -5,19 +5,8 @@ from __future__ import annotations
 from math import fabs, inf, pi
 
 from farm_ar.arrays import BoolArray, FloatArray
-from farm_ar.envs.batched.state import (
-    CONTINUOUS,
-    DISCRETE,
-    DISPLACEMENT,
-    EXCHANGE,
-    OFFSETS,
-    SLOT,
-    Batch,
-    Choices,
-    Scenery,
-    Table,
-    Work,
-)
+from farm_ar.envs.batched.kinds import ActionKind
+from farm_ar.envs.batched.state import Batch, Choices, Scenery, Table, Work
 from farm_ar.envs.placement import within
 from farm_ar.game_logic.physics import trajectory
 from farm_ar.game_logic.physics.state import Limits
@@ -47,12 +36,12 @@ def decode(b: int, action: FloatArray, batch: Batch, choices: Choices, scenery: 
         How many; -1 to end the turn.
     """
     n = len(scenery.movable)
-    if choices.action == OFFSETS:
+    if choices.action == ActionKind.OFFSETS:
         return decode_offsets(b, action, batch, choices, scenery, work)
-    if choices.action == CONTINUOUS:
+    if choices.action == ActionKind.CONTINUOUS:
         if not decode_continuous(b, action, batch, choices, scenery, work):
             return -1
-    elif choices.action == DISPLACEMENT:
+    elif choices.action == ActionKind.DISPLACEMENT:
         if int(action[0]) == n:
             return -1
         work.asked[0] = batch.number[b, int(action[0])]
@@ -71,20 +60,20 @@ def decode_choice(
     """An object, a label of its kind and a share: `slot`, or as one number `discrete`."""
     n, shares = len(scenery.movable), len(scenery.shares)
     which, slot, share = int(action[0]), 0, 0
-    if choices.action == SLOT:
+    if choices.action == ActionKind.SLOT:
         if which < n:
             slot, share = int(action[1]), int(action[2])
     else:
         slot, share = which // shares % choices.most_alike, which % shares
         which = which // (shares * choices.most_alike)
     if which == n:
-        return 0 if choices.action == EXCHANGE else -1
+        return 0 if choices.action == ActionKind.EXCHANGE else -1
     i = batch.number[b, which]
     j, count = label_of(b, i, slot, batch, scenery), 0
     if in_view(b, i, batch):
         towards(b, count, i, j, scenery.shares[share], batch, choices, work)
         count += 1
-    if choices.action == EXCHANGE and i != j and in_view(b, j, batch):
+    if choices.action == ActionKind.EXCHANGE and i != j and in_view(b, j, batch):
         towards(b, count, j, i, scenery.shares[share], batch, choices, work)
         count += 1
     return count
@@ -268,7 +257,7 @@ def fill_mask(b: int, batch: Batch, choices: Choices, scenery: Scenery, work: Wo
     for k in range(n):
         work.seen[k] = in_view(b, batch.number[b, k], batch)
     mask[:] = True
-    if choices.action not in (DISCRETE, EXCHANGE):
+    if choices.action not in (ActionKind.DISCRETE, ActionKind.EXCHANGE):
         for k in range(n):
             mask[k] = work.seen[k]
         return
@@ -278,7 +267,7 @@ def fill_mask(b: int, batch: Batch, choices: Choices, scenery: Scenery, work: Wo
         for slot in range(choices.most_alike):
             useful = work.seen[k] and slot < count
             other = first + slot
-            if useful and choices.action == EXCHANGE:
+            if useful and choices.action == ActionKind.EXCHANGE:
                 useful = other != k and (k < other or not work.seen[other])
             elif useful:
                 j, body = batch.number[b, other], batch.bodies[b, i]

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from farm_ar.benchmark.answers import read_answers
-from farm_ar.benchmark.asking import Source
+from farm_ar.benchmark.evaluation import Source
 from farm_ar.benchmark.report import page_of
-from farm_ar.benchmark.running import Request, run_benchmark
+from farm_ar.benchmark.run import Request, run_benchmark
 from farm_ar.benchmark.suite import Suite, write_folder
 from farm_ar.errors import OptionError, SnapshotError
 from farm_ar.reid import SquaredDistanceReid

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from farm_ar.benchmark.answers import read_answers
-from farm_ar.benchmark.asking import SIMPLE, Source, ask_all
+from farm_ar.benchmark.evaluation import SIMPLE, Source, ask_all
 from farm_ar.benchmark.frozen import QUICK, authors_rows, frozen_suite
 from farm_ar.benchmark.results import Results, breaking_effort, results_of
 from farm_ar.benchmark.suite import Suite, read_folder, write_folder

@@ -7,8 +7,8 @@ from math import fabs
 import numpy as np
 
 from farm_ar.envs.batched import streams
-from farm_ar.envs.batched.acting import true_yaw
-from farm_ar.envs.batched.starting import aim
+from farm_ar.envs.batched.actions import true_yaw
+from farm_ar.envs.batched.generator import aim
 from farm_ar.envs.batched.state import Batch, Choices, Scenery, Sight, Work
 from farm_ar.game_logic.belief import SAME
 from farm_ar.game_logic.visibility import look_over

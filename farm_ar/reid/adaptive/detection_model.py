@@ -10,7 +10,10 @@ from farm_ar.reid.adaptive.disorder import Disorder, sharpened
 from farm_ar.reid.adaptive.hypotheses import Hypotheses
 from farm_ar.reid.adaptive.options import AdaptiveOptions
 from farm_ar.reid.adaptive.pairs import Problem, Surroundings
-from farm_ar.reid.adaptive.records import TOGETHER, Seeing
+from farm_ar.reid.adaptive.records import (
+    DetectionModel,
+    Profile,
+)
 from farm_ar.scenes import Camera, Snapshot
 
 _POINTS = 32
@@ -27,14 +30,14 @@ COME_AND_GONE, SHARED_ALL, SHARED_SOME = 0.02, 8.0, 0.1
 are known and all is in view; and that all move together where it is not so."""
 
 
-def seeing_of(
+def detection_model_of(
     snapshot: Snapshot,
     problem: Problem,
     known: Surroundings,
     every: Hypotheses,
     options: AdaptiveOptions,
     disorder: Disorder,
-) -> tuple[Seeing, float]:
+) -> tuple[DetectionModel, float]:
     """What is known of detecting; and the probability that all that is known is in view and accounted for.
 
     Args:
@@ -60,7 +63,7 @@ def seeing_of(
     closed = float(np.exp(-(1 - inside[0]).sum())) * problem.complete
     log_rates = sharpened(disorder, "rates", rates[:, 0])
     log_rates = log_rates + np.log(COME_AND_GONE) * closed * (rates[:, 1] > 0.1)
-    seeing = Seeing(
+    detecting = DetectionModel(
         in_view=inside,
         anywhere=np.full(labels, anywhere),
         none=doubt / doubt.mean() / (area * 2 * np.pi),
@@ -69,7 +72,7 @@ def seeing_of(
         log_rates=log_rates - np.log(np.exp(log_rates).sum()),
         log_sizes=sharpened(disorder, "sizes", shares) if told else np.zeros(1),
     )
-    return seeing, closed
+    return detecting, closed
 
 
 def motion_prior(problem: Problem, every: Hypotheses, disorder: Disorder, closed: float) -> FloatArray:
@@ -80,7 +83,7 @@ def motion_prior(problem: Problem, every: Hypotheses, disorder: Disorder, closed
     """
     motions = every.motions
     cut = -0.5 * (every.scale[motions.scale] / problem.extent) ** 2
-    together = every.profiles.kind[motions.profile] >= TOGETHER
+    together = every.profiles.kind[motions.profile] >= Profile.TOGETHER
     shared = np.log(SHARED_SOME + (SHARED_ALL - SHARED_SOME) * closed)
     result = disorder.motion_prior(every, motions.log_prior + cut + np.where(together, shared, 0.0))
     if not (problem.pairs.turned.any() or problem.pairs.course_known.any()):

@@ -7,7 +7,7 @@ import pytest
 
 from farm_ar.showcases.characters import _summary as of_parts
 from farm_ar.showcases.delivery.trials import _summary as of_deliveries
-from farm_ar.showcases.showing import interval, number, percent, points
+from farm_ar.showcases.result import interval, number, percent, points
 from farm_ar.showcases.storytelling.trials import _summary as of_stories
 
 

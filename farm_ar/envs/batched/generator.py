@@ -8,19 +8,9 @@ import numpy as np
 
 from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.envs.batched import streams
+from farm_ar.envs.batched.kinds import Draw
 from farm_ar.envs.batched.numpy_functions import arctan2
-from farm_ar.envs.batched.state import (
-    ANYWHERE,
-    ON_PATH,
-    STILL,
-    Batch,
-    Choices,
-    Given,
-    Herds,
-    Scenery,
-    Table,
-    Work,
-)
+from farm_ar.envs.batched.state import Batch, Choices, Given, Herds, Scenery, Table, Work
 from farm_ar.envs.batched.streams import Stream
 from farm_ar.envs.generator import RESTARTS, TRIES
 from farm_ar.envs.placement import Clearance, Placement, Strewing, strew
@@ -61,7 +51,7 @@ def draw_numbers(stream: Stream, numbers: FloatArray, anywhere: bool) -> None:
 def draw_layout(stream: Stream, choices: Choices, scenery: Scenery, work: Work) -> None:
     """Fill in positions and yaws of a starting layout, as `StartingLayouts.draw` does."""
     few = np.empty((len(scenery.movable), _FEW_TRIES, 3))
-    anywhere = choices.layouts == ANYWHERE
+    anywhere = choices.layouts == Draw.ANYWHERE
     again = work.streams[0]
     for restart in range(RESTARTS):
         turns = scenery.movable.copy()
@@ -95,7 +85,7 @@ def place(
     """Place objects one after the other, from the scene's own layout on."""
     work.position[:], work.yaw[:] = scenery.position, scenery.yaw
     how = Strewing(
-        choices.layouts == ANYWHERE,
+        choices.layouts == Draw.ANYWHERE,
         scenery.position,
         scenery.yaw,
         scenery.edge,
@@ -109,7 +99,7 @@ def place(
 @compiled
 def draw_camera(stream: Stream, eye: Eye, choices: Choices, scenery: Scenery, work: Work) -> None:
     """Aim a camera that is like all others anew, as `VisitCameras.draw` does."""
-    if choices.cameras == ON_PATH:
+    if choices.cameras == Draw.ON_PATH:
         k = streams.below(stream, len(scenery.path))
         eye.x, eye.z = scenery.path[k, 0], scenery.path[k, 1]
         aim(eye, scenery.path[k, 2])
@@ -145,7 +135,7 @@ def begin(
     table, eye, m = batch.tables[b], batch.eyes[b], len(scenery.kind)
     if given.has[0]:
         work.position[:], work.yaw[:] = given.position, given.yaw
-    elif choices.layouts == STILL:
+    elif choices.layouts == Draw.STILL:
         work.position[:], work.yaw[:] = scenery.position, scenery.yaw
     else:
         draw_layout(table.stream, choices, scenery, work)

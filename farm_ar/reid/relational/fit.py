@@ -12,7 +12,7 @@ from farm_ar.reid.likelihood.kernels import weigh
 from farm_ar.reid.likelihood.records import Known, Reach
 from farm_ar.reid.registration import solve_motion, turned, volume
 from farm_ar.reid.relational.records import Frame, Group, Outcome, Sight, Work
-from farm_ar.reid.relational.weighing import assess_models, move_labels, reach_labels, weigh_group
+from farm_ar.reid.relational.weights import assess_models, move_labels, reach_labels, weigh_group
 
 LEAST_MODEL = 1e-2
 """Probability, of the most probable one's, of a model that is looked at in every step."""

@@ -15,7 +15,7 @@ from farm_ar.envs.actions import (
     DisplacementAction,
     SlotAction,
 )
-from farm_ar.envs.batched import state
+from farm_ar.envs.batched.kinds import ActionKind, Draw, RewardKind
 from farm_ar.envs.batched.state import Batch, Choices, Given, Herds, Output, Report, Scenery, Table
 from farm_ar.envs.config import EnvConfig
 from farm_ar.envs.features import Features, Float32Array, Found, part_shapes
@@ -46,22 +46,22 @@ from farm_ar.scenes import Scene
 from farm_ar.structs import Structs, new_structs, words_of
 
 ACTIONS = {
-    ("move", "displacement"): state.DISPLACEMENT,
-    ("move", "slot"): state.SLOT,
-    ("move", "continuous"): state.CONTINUOUS,
-    ("move", "discrete"): state.DISCRETE,
-    ("layout", "offsets"): state.OFFSETS,
-    ("layout", "discrete"): state.EXCHANGE,
+    ("move", "displacement"): ActionKind.DISPLACEMENT,
+    ("move", "slot"): ActionKind.SLOT,
+    ("move", "continuous"): ActionKind.CONTINUOUS,
+    ("move", "discrete"): ActionKind.DISCRETE,
+    ("layout", "offsets"): ActionKind.OFFSETS,
+    ("layout", "discrete"): ActionKind.EXCHANGE,
 }
 """The actions that kernels understand, by control and name."""
 
 REWARDS = {
-    "identity": state.IDENTITY,
-    "margin": state.MARGIN,
-    "clutter": state.CLUTTER,
-    "miscount": state.MISCOUNT,
-    "endpoint": state.ENDPOINT,
-    "shaped": state.SHAPED,
+    "identity": RewardKind.IDENTITY,
+    "margin": RewardKind.MARGIN,
+    "clutter": RewardKind.CLUTTER,
+    "miscount": RewardKind.MISCOUNT,
+    "endpoint": RewardKind.ENDPOINT,
+    "shaped": RewardKind.SHAPED,
 }
 """The rewards, by name."""
 
@@ -80,15 +80,15 @@ def choices_of(config: EnvConfig, scene: Scene, same_step: bool) -> Structs[Choi
     own.by_effort, own.budget = config.budget is not None, config.budget or 1.0
     own.budget_m, own.budget_rad = config.budget_m, config.budget_rad
     own.visits, own.moves = config.visits or 0, config.moves if config.control == "move" else 1
-    own.layouts = state.ANYWHERE if config.jitter == "hard" else state.NEARBY
+    own.layouts = Draw.ANYWHERE if config.jitter == "hard" else Draw.NEARBY
     if config.jitter == "none":
-        own.layouts = state.STILL
+        own.layouts = Draw.STILL
     metres, radians = SPREADS.get(config.jitter, (0.0, 0.0))
     own.spread_m, own.spread_rad = metres * unit, float(radians)
     own.yaw_limit, own.gap_m = YAW_LIMIT, GAP_M
     own.apart_m = StartingLayouts(scene, config.jitter).apart
     on_path = scene.camera_path is not None and not config.game
-    own.cameras = state.ON_PATH if on_path else state.NEARBY
+    own.cameras = Draw.ON_PATH if on_path else Draw.NEARBY
     own.width, own.depth = scene.size
     own.eye_height_m = EYE_HEIGHT_M * own.depth / 0.8
     own.head_noise, own.new_gaze = float(np.deg2rad(config.head_noise_deg)), config.gaze == "random"

@@ -4,21 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from farm_ar.envs.batched.acting import true_yaw
+from farm_ar.envs.batched.actions import true_yaw
+from farm_ar.envs.batched.kinds import RewardKind
 from farm_ar.envs.batched.numpy_functions import numpy_sum
-from farm_ar.envs.batched.state import (
-    CLUTTER,
-    ENDPOINT,
-    MARGIN,
-    MISCOUNT,
-    SHAPED,
-    Batch,
-    Choices,
-    Herds,
-    Report,
-    Scenery,
-    Table,
-)
+from farm_ar.envs.batched.state import Batch, Choices, Herds, Report, Scenery, Table
 from farm_ar.envs.features import MARGIN_SCALE
 from farm_ar.envs.placement import within
 from farm_ar.envs.rewards import MARGIN_SHARE
@@ -30,9 +19,9 @@ from farm_ar.reid.assignment import assess_objects, known_objects
 @compiled(inline="always")
 def measure(b: int, batch: Batch, choices: Choices, scenery: Scenery, herds: Herds) -> float:
     """The first number whose rise is paid for."""
-    if choices.reward == MISCOUNT:
+    if choices.reward == RewardKind.MISCOUNT:
         return float(herds.clocks[b].astray)
-    if choices.reward == ENDPOINT:
+    if choices.reward == RewardKind.ENDPOINT:
         error = np.empty(len(scenery.kind))
         for i in range(len(error)):
             body = batch.bodies[b, i]
@@ -65,7 +54,7 @@ def clutter(b: int, batch: Batch, choices: Choices, scenery: Scenery) -> float:
 @compiled(inline="always")
 def foresight(table: Table, choices: Choices) -> float:
     """What the reward foresees of the snapshot to come."""
-    return table.ambiguity if choices.reward == MARGIN else table.expected_wrong
+    return table.ambiguity if choices.reward == RewardKind.MARGIN else table.expected_wrong
 
 
 @compiled(inline="always")
@@ -74,9 +63,9 @@ def begin_step(b: int, batch: Batch, choices: Choices, scenery: Scenery, herds: 
     table = batch.tables[b]
     table.before[0] = measure(b, batch, choices, scenery, herds)
     table.before[1] = 0.0
-    if choices.reward in (MARGIN, SHAPED):
+    if choices.reward in (RewardKind.MARGIN, RewardKind.SHAPED):
         table.before[1] = foresight(table, choices)
-    elif choices.reward == CLUTTER:
+    elif choices.reward == RewardKind.CLUTTER:
         table.before[1] = clutter(b, batch, choices, scenery)
 
 
@@ -87,13 +76,13 @@ def paid(b: int, batch: Batch, choices: Choices, scenery: Scenery, herds: Herds,
     now = measure(b, batch, choices, scenery, herds)
     report.terms[0] = choices.sign * (now - table.before[0]) if now != table.before[0] else 0.0
     report.terms[1] = 0.0
-    if choices.reward in (MARGIN, CLUTTER, SHAPED):
-        now = clutter(b, batch, choices, scenery) if choices.reward == CLUTTER else table.foreseen
+    if choices.reward in (RewardKind.MARGIN, RewardKind.CLUTTER, RewardKind.SHAPED):
+        now = clutter(b, batch, choices, scenery) if choices.reward == RewardKind.CLUTTER else table.foreseen
         if now != table.before[1]:
-            scale = 1.0 if choices.reward == SHAPED else MARGIN_SHARE
+            scale = 1.0 if choices.reward == RewardKind.SHAPED else MARGIN_SHARE
             report.terms[1] = choices.sign * scale * (now - table.before[1])
     report.effort_cost = -choices.effort_weight * table.moved if table.moved != 0 else 0.0
     total = float(report.terms[0])
-    if choices.reward in (MARGIN, CLUTTER, SHAPED):
+    if choices.reward in (RewardKind.MARGIN, RewardKind.CLUTTER, RewardKind.SHAPED):
         total += report.terms[1]
     return total + report.effort_cost
