@@ -150,7 +150,7 @@ def identify(
     Options marked (*) belong to the method spatial, which is used where no other is named with them, and for
     very many objects.
     """
-    from farm_ar.cli.inputs import Choices, make_rule, read_scene, refuse
+    from farm_ar.cli.inputs import Choices, make_method, read_scene, refuse
     from farm_ar.errors import OptionError
     from farm_ar.reid.checked import known_frame
 
@@ -162,13 +162,13 @@ def identify(
         raise OptionError("--snapshot", "must be given, or --image instead of it", snapshot)
     if str(snapshot) == "-":
         refuse([("--camera", camera), ("--plot", plot)], "with --snapshot -")
-        _answer_stream(asked, make_rule(known, asked.reid, choices))
+        _answer_stream(asked, make_method(known, asked.reid, choices))
         return
     seen, photo = _seen(asked.scene, snapshot, image, camera, meshes, estimator)
     asked = asked._replace(photo=photo)
     if reid is None:
         asked = asked._replace(reid=_affordable(asked, seen))
-    _answer(asked, make_rule(known, asked.reid, choices), seen)
+    _answer(asked, make_method(known, asked.reid, choices), seen)
 
 
 class Asked(NamedTuple):
@@ -222,7 +222,7 @@ def _affordable(asked: Asked, seen: Snapshot) -> str:
     return "spatial" if pairs > MOST_PAIRS.get(asked.reid, pairs) else asked.reid
 
 
-def _answer_stream(asked: Asked, rule: Reidentifier) -> None:
+def _answer_stream(asked: Asked, method: Reidentifier) -> None:
     """Answer the snapshots on standard input, each as soon as it is there."""
     import json
     import sys
@@ -235,7 +235,7 @@ def _answer_stream(asked: Asked, rule: Reidentifier) -> None:
         try:
             if isinstance(seen, InputError):
                 raise seen
-            _answer(asked._replace(line=line), rule, seen)
+            _answer(asked._replace(line=line), method, seen)
         except InputError as problem:
             mistakes += 1
             said = escaped(f"{type(problem).__name__}: {problem}")
@@ -248,20 +248,20 @@ def _answer_stream(asked: Asked, rule: Reidentifier) -> None:
         raise typer.Exit(2)
 
 
-def _answer(asked: Asked, rule: Reidentifier, seen: Snapshot) -> None:
+def _answer(asked: Asked, method: Reidentifier, seen: Snapshot) -> None:
     """Identify the detections of a snapshot, and print and draw what is asked for."""
     from farm_ar.cli import reports
     from farm_ar.cli.inputs import check_size, explanation
     from farm_ar.reid.checked import identify_in_frame
 
     check_size(asked.reid, len(asked.scene.layout), len(seen.detections))
-    affordable = reports.Affordable(rule, asked.scene)
+    affordable = reports.Affordable(method, asked.scene)
     anchor = _anchor(asked, seen)
     found = identify_in_frame(asked.scene, seen, affordable, asked.frame, anchor=anchor)
     why = (
         None
         if asked.explain is None
-        else explanation(rule, found.snapshot, asked.explain, found.identification)
+        else explanation(method, found.snapshot, asked.explain, found.identification)
     )
     if asked.plot is not None and asked.photo is not None:
         from farm_ar.cli.from_image import draw_photo
@@ -273,7 +273,7 @@ def _answer(asked: Asked, rule: Reidentifier, seen: Snapshot) -> None:
     if asked.as_json:
         _print_json(asked, found, why)
     else:
-        _print_text(asked, rule, found, why)
+        _print_text(asked, method, found, why)
 
 
 def _anchor(asked: Asked, seen: Snapshot) -> tuple[Pose, Pose] | None:
@@ -309,7 +309,7 @@ def _print_json(asked: Asked, found: InFrame, why: str | None) -> None:
     output.print_json(values, asked.line is not None)
 
 
-def _print_text(asked: Asked, rule: Reidentifier, found: InFrame, why: str | None) -> None:
+def _print_text(asked: Asked, method: Reidentifier, found: InFrame, why: str | None) -> None:
     from farm_ar.cli import output, reports
     from farm_ar.cli.inputs import decided_by_category
 
@@ -321,7 +321,7 @@ def _print_text(asked: Asked, rule: Reidentifier, found: InFrame, why: str | Non
         output.print_line(reports.frame_line(asked.scene, found.alignment))
     for words in reports.summarise(asked.scene, seen, answer):
         output.print_line(words)
-    if decided := decided_by_category(rule, seen, answer):
+    if decided := decided_by_category(method, seen, answer):
         which = f"{len(decided)} of {len(seen.detections)} detections ({reports.some(decided)})"
         output.print_line(f"Categories decided the labels of {which}: with --no-gate they would be others")
     if why is not None:

@@ -202,7 +202,7 @@ class Choices(NamedTuple):
     confusion: float | None = None
 
 
-def make_rule(scene: Scene, name: str, choices: Choices) -> Reidentifier:
+def make_method(scene: Scene, name: str, choices: Choices) -> Reidentifier:
     """A re-identifier for a scene.
 
     Raises:
@@ -269,11 +269,11 @@ def decided_by_category(reid: Reidentifier, snapshot: Snapshot, found: Identific
     return [name for name, label, other in named if label != other]
 
 
-def explanation(rule: Reidentifier, snapshot: Snapshot, detection: str, answer: Identification) -> str:
+def explanation(method: Reidentifier, snapshot: Snapshot, detection: str, answer: Identification) -> str:
     """Why a detection, by its id, gets the label that a method gives it, or none.
 
     Args:
-        rule: the method.
+        method: the method.
         snapshot: in the scene's frame.
         detection: its id.
         answer: what `identify` made of it, which may doubt what the method says.
@@ -281,12 +281,12 @@ def explanation(rule: Reidentifier, snapshot: Snapshot, detection: str, answer: 
     Raises:
         SnapshotError: there is no such detection.
     """
-    kept, aside = usable(rule.scene, snapshot)
+    kept, aside = usable(method.scene, snapshot)
     reasons = dict(zip(snapshot.detections.ids, aside, strict=True))
     if reasons.get(detection):
         return f"{detection} has no label: {reasons[detection]}"
     index = [i for i, reason in enumerate(aside) if reason is None]
-    found = explain(rule, some(kept, np.array(index, dtype=np.int64)), detection)
+    found = explain(method, some(kept, np.array(index, dtype=np.int64)), detection)
     sure = float(answer.confidence[snapshot.detections.ids.index(detection)])
     if abs(sure - found.confidence) < 0.005 or np.isnan(found.confidence):
         return found.words()

@@ -14,7 +14,7 @@ from farm_ar.game_logic import visibility
 from farm_ar.geometry.angles import wrap_angle
 from farm_ar.geometry.camera import Eye, sees
 from farm_ar.kernels import compiled
-from farm_ar.reid.assignment import Rule, Workspace, workspace_for
+from farm_ar.reid.assignment import CostModel, Workspace, workspace_for
 from farm_ar.reid.assignment.assessment import cost_of_moving, size_factor
 from farm_ar.reid.assignment.optimum import assign_most_in, find_margins_in
 from farm_ar.reid.costs import sorted_log_sides
@@ -126,7 +126,7 @@ class Room(NamedTuple):
         elevation: (M,) how high objects are, metres.
         size: (M,) which of the sizes each has.
         sides: (U, 3) sorted logarithms of the sides of each size.
-        rule: the paper's, by which costs and margins are found.
+        model: the paper's, by which costs and margins are found.
     """
 
     width: float
@@ -135,7 +135,7 @@ class Room(NamedTuple):
     elevation: FloatArray
     size: IntArray
     sides: FloatArray
-    rule: Rule
+    model: CostModel
 
 
 class Found(NamedTuple):
@@ -193,7 +193,7 @@ class Features:
             layout.elevation.copy(),
             size.reshape(m),
             sides,
-            Rule(
+            CostModel(
                 weights.translation / scene.diagonal,
                 float(weights.rotation),
                 compare_sizes=len(kinds_of_size) > kinds,  # elsewhere they cost the same
@@ -396,8 +396,8 @@ def _cost(
 ) -> float:
     """Of giving object i, as it was found, label j; of both sine and cosine of half the yaw."""
     dx, dz = found.pose[i, 0] - believed.position[j, 0], found.pose[i, 1] - believed.position[j, 1]
-    rule = room.rule
-    cost = cost_of_moving(dx, dz, half, label_half, rule.translation_weight, rule.rotation_weight)
-    if rule.compare_sizes:
+    model = room.model
+    cost = cost_of_moving(dx, dz, half, label_half, model.translation_weight, model.rotation_weight)
+    if model.compare_sizes:
         cost = size_factor(room.sides[room.size[i]], room.sides[room.size[j]]) * cost
     return cost

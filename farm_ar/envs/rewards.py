@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from farm_ar.envs.features import MARGIN_SCALE
-from farm_ar.reid.assignment import Rule, assess, known_at, seen_at
+from farm_ar.reid.assignment import CostModel, assess, known_at, seen_at
 from farm_ar.reid.costs import sorted_log_sides
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ def clutter(env: FarmToTableEnv) -> float:
     found = assess(
         seen_at(position[None], yaw[None], code, sides=sides),
         known_at(position, yaw, code, sides),
-        Rule(weights.translation / scene.diagonal, float(weights.rotation), compare_sizes=True),
+        CostModel(weights.translation / scene.diagonal, float(weights.rotation), compare_sizes=True),
         margins=True,
     )
     return float((1 - np.clip(found.margin / MARGIN_SCALE, 0.0, 1.0)).sum() / 2)

@@ -167,11 +167,11 @@ def headroom(setting: Setting) -> Report:
         | setting.own_reids
         for unit in units(setting.quick)
     ]
-    outcomes = setting.sweep("headroom", every_rule, parameters)
+    outcomes = setting.sweep("headroom", every_method, parameters)
     return report_of([row for outcome in outcomes for row in outcome.rows], setting.layouts, setting.reids)
 
 
-def every_rule(
+def every_method(
     seed: int,
     scene: str,
     file: str | None,

@@ -105,7 +105,7 @@ def relations(setting: Setting) -> Report:
         | setting.own_reids
         for unit in units()
     ]
-    outcomes = setting.sweep("relations", every_rule, parameters)
+    outcomes = setting.sweep("relations", every_method, parameters)
     cells = [row for outcome in outcomes for row in outcome.rows]
     rng = setting.rng(12, 90)
     rows = [_with_intervals(row, cells, rng) for row in cells]
@@ -131,7 +131,7 @@ def relations(setting: Setting) -> Report:
     )
 
 
-def every_rule(
+def every_method(
     seed: int,
     scene: str,
     file: str | None,

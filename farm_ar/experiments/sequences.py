@@ -153,7 +153,7 @@ def sequences(setting: Setting) -> Report:
         | setting.own_reids
         for unit in units(setting.quick)
     ]
-    outcomes = setting.sweep("sequences", every_rule, parameters)
+    outcomes = setting.sweep("sequences", every_method, parameters)
     cells = [row for outcome in outcomes for row in outcome.rows]
     rng = setting.rng(13, 90)
     rows = [_with_intervals(row, rng) for row in cells]
@@ -187,7 +187,7 @@ class Conditions(TypedDict):
     detector: str
 
 
-def every_rule(
+def every_method(
     seed: int,
     scene: str,
     file: str | None,

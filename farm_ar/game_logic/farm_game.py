@@ -421,7 +421,7 @@ class FarmGame:
         if not self._led:
             self._routes.lead_to(self.believed, self.scene.size)
         layout = self.scene.layout
-        arrival.foresee_routes(
+        arrival.find_arrivals_on(
             self._routes.all, self.flock.look_ahead(*self.tabletop.poses(), layout.size, layout.movable)
         )
         self._led, self._visits["known"] = True, self.changes

@@ -212,7 +212,7 @@ class IdentificationBatch(Record):
         widened: (B,) whether sites were added because the threshold left too few candidates.
         margin: (B, K) as in `Identification`, NaN by default.
         runner_up: (B, K) index of the label, `UNKNOWN` for none and by default.
-        sure: (B, K) the confidence, as in `Identification`, or what computes it when it is asked for; NaN by
+        given_confidence: (B, K) as in `Identification`, or what computes it when it is asked for; NaN by
             default.
     """
 
@@ -223,7 +223,7 @@ class IdentificationBatch(Record):
     widened: BoolArray
     margin: FloatArray = None  # type: ignore[assignment]  # filled in below
     runner_up: IntArray = None  # type: ignore[assignment]
-    sure: FloatArray | Callable[[], FloatArray] | None = field(default=None, repr=False)
+    given_confidence: FloatArray | Callable[[], FloatArray] | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         types = {"label": np.int64, "cost": np.float64, "candidates": np.int64, "widened": np.bool_}
@@ -244,8 +244,10 @@ class IdentificationBatch(Record):
     @cached_property
     def confidence(self) -> FloatArray:
         """(B, K) probability that each answer is right; NaN where not known."""
-        given = self.sure() if callable(self.sure) else self.sure
-        values = np.full(self.label.shape, np.nan) if given is None else given
+        given = self.given_confidence
+        values = given() if callable(given) else given
+        if values is None:
+            values = np.full(self.label.shape, np.nan)
         return read_only(values, np.float64)
 
     def names(self, index: int, count: int) -> tuple[str | None, ...]:

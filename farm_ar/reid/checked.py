@@ -89,7 +89,7 @@ def identify_in_frame(
 ) -> InFrame:
     """What `identify` gives, and the snapshot in the scene's frame, which takes the same arguments."""
     known_frame(frame)
-    rule = _rule(reid, scene)
+    method = _method_of(reid, scene)
     snapshot = _without_strange_categories(scene, snapshot)
     named = snapshot.detections.category
     place, snapshot = _plainly(scene, snapshot)
@@ -97,7 +97,7 @@ def identify_in_frame(
     sure, said, alignment = 1.0, list[str](), None
     if frame == "map" and anchor is None and quiet(place, snapshot, checks):
         whole = _named(snapshot, named)
-        answer = rule.identify(whole)
+        answer = method.identify(whole)
         return InFrame(_explained(answer, scene, whole, np.arange(len(named))), whole, None)
     if frame == "unknown" or anchor is not None:
         given, alignment = snapshot, align(place, snapshot, anchor)
@@ -113,7 +113,7 @@ def identify_in_frame(
     snapshot, reasons = _usable(place, snapshot, findings)
     snapshot = _named(snapshot, named)
     kept = np.flatnonzero([reason is None for reason in reasons])
-    answer = rule.identify(snapshot if len(kept) == len(reasons) else some(snapshot, kept))
+    answer = method.identify(snapshot if len(kept) == len(reasons) else some(snapshot, kept))
     # If the snapshot does not mean what it says, every answer is as probable as any other.
     any_answer = (1 - sure) / (len(answer.candidates or scene.layout) + 1)
     answer = _explained(answer, scene, snapshot, kept)
@@ -202,7 +202,7 @@ def _unfit(answer: Identification, k: int) -> str:
     return f"its likeliest label, {answer.candidates[j]}, has a probability of {sure:.2f} only"
 
 
-def _rule(reid: Any, scene: Scene) -> Reidentifier:
+def _method_of(reid: Any, scene: Scene) -> Reidentifier:
     if isinstance(reid, str):
         return load_reid(reid)(scene)
     if isinstance(reid, Reidentifier) and not isinstance(reid, type):

@@ -15,8 +15,8 @@ from farm_ar.reid.answers import Assurance, Certificate, Identification, Identif
 from farm_ar.reid.assignment import (
     UNASSIGNED,
     Answer,
+    CostModel,
     Known,
-    Rule,
     Seen,
     assess,
     in_parts,
@@ -77,7 +77,7 @@ class SpatialReid(Reidentifier):
         if candidates is not None:
             names = tuple([names[j] for j in candidates.tolist()])
         if self.options.solver == "lsap" and self._rng is None and not self.costs.heights_count(seen):
-            problem = self.costs.seen_one(seen, category), self.costs.known(candidates), self.costs.rule()
+            problem = self.costs.seen_one(seen, category), self.costs.known(candidates), self.costs.model()
             begin = time.perf_counter()
             column, given = labels_of_one(*problem)
             margins = partial(_margins_of, *problem)
@@ -109,9 +109,9 @@ class SpatialReid(Reidentifier):
         """The terms of the cost, (N, M) each, by name; they sum to `cost_matrix`."""
         return self.costs.terms(snapshot.detections)
 
-    def compiled_problem(self) -> tuple[Known, Rule]:
+    def compiled_problem(self) -> tuple[Known, CostModel]:
         """The labels and the weights that `assess` takes; all labels are considered."""
-        return self.costs.known(), self.costs.rule()
+        return self.costs.known(), self.costs.model()
 
     def _certify(
         self,
@@ -251,7 +251,7 @@ class SpatialReid(Reidentifier):
             site=read_only(self.scene.object_site, np.int64),
             sites=self.scene.site_positions,
         )
-        rule = self.costs.rule(1.0 if self.options.certify else float(self.options.threshold))
+        model = self.costs.model(1.0 if self.options.certify else float(self.options.threshold))
 
         def assessed(some: slice) -> Answer:
             there = exists[some]
@@ -269,7 +269,7 @@ class SpatialReid(Reidentifier):
                 order=detection_order[some] if len(detection_order) > 1 else detection_order,
             )
             order = label_order[some] if len(label_order) > 1 else label_order
-            return assess(seen, known._replace(order=order), rule, margins)
+            return assess(seen, known._replace(order=order), model, margins)
 
         label, cost, candidates, widened, margin, runner_up, _ = in_parts(
             assessed, len(batch), shape[1] * len(layout)
@@ -305,7 +305,7 @@ class SpatialReid(Reidentifier):
         return all(detected.count(code) <= codes.count(code) for code in set(detected) - {UNKNOWN})
 
 
-def _margins_of(seen: Seen, known: Known, rule: Rule) -> tuple[FloatArray, IntArray]:
+def _margins_of(seen: Seen, known: Known, model: CostModel) -> tuple[FloatArray, IntArray]:
     """The margins and runners-up of one snapshot."""
-    answer = assess(seen, known, rule, margins=True)
+    answer = assess(seen, known, model, margins=True)
     return answer.margin[0], answer.runner_up[0]

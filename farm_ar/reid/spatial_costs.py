@@ -13,7 +13,15 @@ from farm_ar.arrays import WEIGHT, BoolArray, FloatArray, IntArray
 from farm_ar.errors import OptionError, SceneError, known_name
 from farm_ar.geometry import world_box
 from farm_ar.reid.answers import Assurance
-from farm_ar.reid.assignment import SOLVERS, UNASSIGNED, Known, Rule, Seen, known_at, margins_and_runners_up
+from farm_ar.reid.assignment import (
+    SOLVERS,
+    UNASSIGNED,
+    CostModel,
+    Known,
+    Seen,
+    known_at,
+    margins_and_runners_up,
+)
 from farm_ar.reid.assignment.nearest import Near
 from farm_ar.reid.categories import declared_codes
 from farm_ar.reid.costs import (
@@ -219,9 +227,9 @@ class SpatialCosts:
             self._every = known
         return known
 
-    def rule(self, threshold: float = 1.0) -> Rule:
+    def model(self, threshold: float = 1.0) -> CostModel:
         """The weights and terms for `assess`."""
-        return Rule(
+        return CostModel(
             translation_weight=self.translation_weight / self.diagonal,
             rotation_weight=float(self.rotation_weight),
             compare_sizes=self._compares_sizes,

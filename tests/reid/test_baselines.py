@@ -32,7 +32,7 @@ from farm_ar.scenes import (
     observe_many,
 )
 
-RULES: list[Callable[[Scene], Reidentifier]] = [SpatialReid, *BASELINES.values()]
+METHODS: list[Callable[[Scene], Reidentifier]] = [SpatialReid, *BASELINES.values()]
 SIDE = 5 / np.sqrt(2)  # of a square room whose diagonal is 5 m
 SIZE = (0.4, 0.8, 0.5)
 
@@ -57,45 +57,47 @@ def seen_at(*x: float, yaw: float = 0.0, category: str | None = "chair") -> Snap
     return Snapshot(Camera([0.0, 0.0], 0.0), Detections((category,) * n, position, np.full(n, yaw), size))
 
 
-@pytest.mark.parametrize("rule", RULES)
-def test_every_rule_is_a_reidentifier(rule: Callable[[Scene], Reidentifier]) -> None:
-    assert isinstance(rule(row_of_chairs(0.0)), Reidentifier)
+@pytest.mark.parametrize("method", METHODS)
+def test_every_method_is_a_reidentifier(method: Callable[[Scene], Reidentifier]) -> None:
+    assert isinstance(method(row_of_chairs(0.0)), Reidentifier)
 
 
-@pytest.mark.parametrize("rule", RULES)
-def test_every_rule_identifies_what_has_not_moved(rule: Callable[[Scene], Reidentifier]) -> None:
+@pytest.mark.parametrize("method", METHODS)
+def test_every_method_identifies_what_has_not_moved(method: Callable[[Scene], Reidentifier]) -> None:
     scene = builtin_scene("classroom")
     assert scene.camera_path is not None
     batch = observe_many(scene.layout, scene.camera_path.cameras(20, scene.fov))
     for b in np.flatnonzero(batch.count):
-        found = rule(scene).identify(batch.snapshot(b))
+        found = method(scene).identify(batch.snapshot(b))
         assert accuracy(found, batch.true_labels(b, scene.layout.labels)) == 1
 
 
-@pytest.mark.parametrize("rule", RULES)
-def test_every_rule_has_an_empty_answer_to_an_empty_snapshot(rule: Callable[[Scene], Reidentifier]) -> None:
-    found = rule(row_of_chairs(0.0, 1.0)).identify(seen_at())
+@pytest.mark.parametrize("method", METHODS)
+def test_every_method_has_an_empty_answer_to_an_empty_snapshot(
+    method: Callable[[Scene], Reidentifier],
+) -> None:
+    found = method(row_of_chairs(0.0, 1.0)).identify(seen_at())
     assert (found.labels, found.cost.shape, found.total) == ((), (0,), 0.0)
 
 
-@pytest.mark.parametrize("rule", RULES)
-def test_every_rule_refuses_a_scene_without_labels(rule: Callable[[Scene], Reidentifier]) -> None:
+@pytest.mark.parametrize("method", METHODS)
+def test_every_method_refuses_a_scene_without_labels(method: Callable[[Scene], Reidentifier]) -> None:
     with pytest.raises(SceneError, match=r"^objects: must be at least one, got 0$"):
-        rule(row_of_chairs())
+        method(row_of_chairs())
 
 
-@pytest.mark.parametrize("rule", RULES)
-def test_every_rule_refuses_a_category_that_the_scene_does_not_declare(
-    rule: Callable[[Scene], Reidentifier],
+@pytest.mark.parametrize("method", METHODS)
+def test_every_method_refuses_a_category_that_the_scene_does_not_declare(
+    method: Callable[[Scene], Reidentifier],
 ) -> None:
-    reid = rule(row_of_chairs(0.0, 1.0))
+    reid = method(row_of_chairs(0.0, 1.0))
     message = r"^detections\[0\]\.category: must be null or one of chair, got 'sofa'$"
     with pytest.raises(SnapshotError, match=message):
         reid.identify(seen_at(0.0, category="sofa"))
     assert reid.identify(seen_at(0.0, category=None)).labels == ("0",)
 
 
-def test_the_simpler_rules_are_known_by_name() -> None:
+def test_the_simpler_methods_are_known_by_name() -> None:
     named = {"nearest": NearestReid, "distance": DistanceReid, "last-known": LastKnownReid}
     assert {**named, "squared-distance": SquaredDistanceReid} == BASELINES
 
@@ -137,15 +139,17 @@ def mixed_row() -> Scene:
     return replace(scene, layout=replace(scene.layout, category=("chair", "table", "chair")))
 
 
-@pytest.mark.parametrize("rule", [NearestReid, DistanceReid, SquaredDistanceReid])
-def test_simpler_rules_keep_categories_apart_unless_asked_not_to(rule: Callable[..., Reidentifier]) -> None:
+@pytest.mark.parametrize("method", [NearestReid, DistanceReid, SquaredDistanceReid])
+def test_simpler_methods_keep_categories_apart_by_default(
+    method: Callable[..., Reidentifier],
+) -> None:
     chairs, unknown = seen_at(1.1, 2.9), seen_at(1.1, 2.9, category=None)
-    found = rule(mixed_row()).identify(chairs)
+    found = method(mixed_row()).identify(chairs)
     assert found.labels == ("0", "2")
-    power = 2 if rule is SquaredDistanceReid else 1
+    power = 2 if method is SquaredDistanceReid else 1
     np.testing.assert_allclose(found.cost, np.power([1.1 / 5, 0.1 / 5], power))
-    assert rule(mixed_row(), gate_categories=False).identify(chairs).labels == ("1", "2")
-    assert rule(mixed_row()).identify(unknown).labels == ("1", "2")
+    assert method(mixed_row(), gate_categories=False).identify(chairs).labels == ("1", "2")
+    assert method(mixed_row()).identify(unknown).labels == ("1", "2")
 
 
 def test_nearest_has_a_runner_up_of_the_category_only() -> None:
@@ -172,7 +176,7 @@ def test_distance_does_not_look_at_the_heading_nor_at_the_scenes_weights() -> No
 
 
 @given(seed=st.integers(0, 2**32 - 1))
-def test_no_rule_comes_nearer_in_all_than_distance(make_scene: Any, make_batch: Any, seed: int) -> None:
+def test_no_method_comes_nearer_in_all_than_distance(make_scene: Any, make_batch: Any, seed: int) -> None:
     rng = np.random.default_rng(seed)
     scene = make_scene(rng, objects=9)
     snapshot = make_batch(rng, scene, snapshots=2).snapshot(1)
@@ -212,13 +216,13 @@ def test_last_known_refuses_a_tolerance_below_nothing(tolerance: float) -> None:
         LastKnownReid(row_of_chairs(0.0), tolerance)
 
 
-def test_the_papers_rule_beats_the_simpler_ones_in_its_own_scenes(rng: np.random.Generator) -> None:
+def test_the_papers_method_beats_the_simpler_ones_in_its_own_scenes(rng: np.random.Generator) -> None:
     scene = builtin_scene("M1")
     assert scene.camera_path is not None
     noisy = LayoutNoise.of(0.3, 30).disturb(scene.layout, scene.size, rng, (5, 1))
     batch = observe_many(noisy, scene.camera_path.cameras(40, scene.fov))
     ungated = SpatialOptions(gate_categories=False)
-    rules = {
+    methods = {
         "spatial": SpatialReid(scene, ungated),
         "pruned": SpatialReid(scene, replace(ungated, threshold=0.0)),
         "nearest": NearestReid(scene, gate_categories=False),
@@ -228,11 +232,11 @@ def test_the_papers_rule_beats_the_simpler_ones_in_its_own_scenes(rng: np.random
     mean = {
         name: np.mean(
             [
-                accuracy(rule.identify(batch.snapshot(b)), batch.true_labels(b, scene.layout.labels))
+                accuracy(method.identify(batch.snapshot(b)), batch.true_labels(b, scene.layout.labels))
                 for b in np.flatnonzero(batch.count)
             ]
         )
-        for name, rule in rules.items()
+        for name, method in methods.items()
     }
     assert mean["spatial"] > max(mean["nearest"], mean["distance"], mean["pruned"])
     assert mean["last"] < 0.1

@@ -197,11 +197,11 @@ def test_a_method_made_for_another_layout_is_refused(scene, change):
 def test_of_a_thing_detected_twice_the_less_sure_detection_is_set_aside(scene, shift):
     sure = np.ones(6)
     sure[1] = 0.4
-    rule = Twice(scene)
-    found = identify(scene, again(scene, 1, shift, confidence=sure), rule)
+    method = Twice(scene)
+    found = identify(scene, again(scene, 1, shift, confidence=sure), method)
     assert found.labels == ("ada", None, "cleo", "dan", "desk", "ben")
     assert found.reason[1] == "the same thing as detection 5"
-    assert rule.asked == [5]
+    assert method.asked == [5]
     sure[1] = 1.0
     assert (
         identify(scene, again(scene, 1, shift, confidence=sure)).reason[5] == "the same thing as detection 1"

@@ -15,7 +15,7 @@ REPEATS = {"nearest", "last-known"}
 
 
 @pytest.mark.parametrize("name", sorted(REIDENTIFIERS))
-def test_every_rule_of_the_package_passes(name):
+def test_every_method_of_the_package_passes(name):
     check_reidentifier(REIDENTIFIERS[name], allow_repeats=name in REPEATS)
 
 

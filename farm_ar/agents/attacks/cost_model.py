@@ -11,7 +11,7 @@ from farm_ar.agents.cases import Case
 from farm_ar.arrays import FloatArray
 from farm_ar.envs.features import MARGIN_SCALE
 from farm_ar.reid import LastKnownReid, NearestReid, SpatialReid, dimension_cost
-from farm_ar.reid.assignment import Rule, assess, known_at, seen_at
+from farm_ar.reid.assignment import CostModel, assess, known_at, seen_at
 from farm_ar.scenes import Weights, visible
 
 
@@ -81,7 +81,7 @@ def _looked_at(
     found = assess(
         seen_at(position, yaw, code, seen),
         known_at(layout.position, layout.yaw, code),
-        Rule(weights.translation / case.scene.diagonal, float(weights.rotation)),
+        CostModel(weights.translation / case.scene.diagonal, float(weights.rotation)),
         margins=True,
     )
     right = found.label == np.arange(len(layout))

@@ -11,7 +11,7 @@ from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.envs.features import MARGIN_SCALE
 from farm_ar.geometry.camera import Eye, sees
 from farm_ar.kernels import compiled
-from farm_ar.reid.assignment import Rule, assess_objects, known_objects
+from farm_ar.reid.assignment import CostModel, assess_objects, known_objects
 from farm_ar.structs import Structs
 
 AMBIGUITY_SHARE = 0.5
@@ -328,8 +328,8 @@ def _judge(
     rows = np.flatnonzero(seen & (table.category == code))
     sizes, one_size = np.zeros(len(yaw), dtype=np.int64), np.zeros((1, 3))
     known = known_objects(table.label_position, table.label_yaw, table.category, sizes, one_size)
-    rule = Rule(terms.metre, terms.turn, False, True, 1.0)  # Numba knows no defaults
-    found = assess_objects(position, yaw, rows, known, rule, False)
+    model = CostModel(terms.metre, terms.turn, False, True, 1.0)  # Numba knows no defaults
+    found = assess_objects(position, yaw, rows, known, model, False)
     wrong, doubt = 0, 0.0
     for j in range(len(yaw)):
         if table.category[j] == code and table.wrong[j]:

@@ -11,7 +11,7 @@ from farm_ar.envs.actions import Move
 from farm_ar.envs.env import FarmToTableEnv
 from farm_ar.envs.features import MARGIN_SCALE
 from farm_ar.envs.table import TableView
-from farm_ar.reid.assignment import Rule, assess, known_at, seen_at
+from farm_ar.reid.assignment import CostModel, assess, known_at, seen_at
 from farm_ar.scenes import visible
 
 
@@ -42,7 +42,7 @@ def look_ahead(env: FarmToTableEnv, position: FloatArray, yaw: FloatArray) -> Lo
     found = assess(
         seen_at(position, yaw, code, seen),
         known_at(believed.position, believed.yaw, code),
-        Rule(weights.translation / view.scene.diagonal, float(weights.rotation)),
+        CostModel(weights.translation / view.scene.diagonal, float(weights.rotation)),
         margins=True,
     )
     wrong = np.tile(belief.wrong, (len(yaw), 1))

@@ -39,7 +39,7 @@ from farm_ar.game_logic.physics.state import Body, State
 from farm_ar.game_logic.visibility import eyes_of
 from farm_ar.geometry.camera import Eye
 from farm_ar.reid import reid_factory
-from farm_ar.reid.assignment import Rule
+from farm_ar.reid.assignment import CostModel
 from farm_ar.reid.costs import sorted_log_sides
 from farm_ar.reid.spatial import SpatialReid
 from farm_ar.scenes import Scene
@@ -110,7 +110,8 @@ def scenery_of(config: EnvConfig, scene: Scene) -> Scenery:
     layout, weights = scene.layout, scene.cost_weights
     reid = reid_factory(config.reid)(scene)
     assert isinstance(reid, SpatialReid)
-    known, rule = reid.compiled_problem()
+    known, model = reid.compiled_problem()
+    metre = weights.translation / scene.diagonal
     layouts = StartingLayouts(scene, config.jitter)
     cameras = VisitCameras(scene, field_of_view(config.fov), config.game)
     path = np.empty((0, 3))
@@ -135,8 +136,8 @@ def scenery_of(config: EnvConfig, scene: Scene) -> Scenery:
         log_sides=np.ascontiguousarray(sorted_log_sides(layout.size)),
         size_of=known.kind.copy(),
         sides=known.sides.copy(),
-        rule=rule,
-        clutter_rule=Rule(weights.translation / scene.diagonal, float(weights.rotation), compare_sizes=True),
+        model=model,
+        clutter_model=CostModel(metre, float(weights.rotation), compare_sizes=True),
         features=Features(scene).room,
         eyes=eyes_of(cameras.draw(np.random.default_rng(0))).copy(),
     )

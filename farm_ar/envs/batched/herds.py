@@ -85,11 +85,11 @@ def look_ahead(
         lead(herds.routes[b], herds.spread[b], choices.shed, buildings, scenery.bows, scenery.room)
     stand = footprints(work.position, work.yaw, scenery.size, enterable)
     if not (table.foresaw and same(herds.buildings[b], stand)):
-        arrival.foresee(herd_of(b, herds), stand)
+        arrival.find_arrivals(herd_of(b, herds), stand)
         table.foresaw = True
         for i in range(len(stand)):
             herds.buildings[b, i] = stand[i]
-    arrival.foresee_routes(herds.routes[b], stand)
+    arrival.find_arrivals_on(herds.routes[b], stand)
     table.led = True
 
 
@@ -160,7 +160,7 @@ def look_ahead_of_few(
             few = routes[k : k + 1]
             if leads:
                 lead(few, herds.spread[b, k : k + 1], choices.shed, buildings, scenery.bows, scenery.room)
-            arrival.foresee_routes(few, stand)
+            arrival.find_arrivals_on(few, stand)
         else:
             for i in range(routes.shape[1]):
                 routes[k, i].into, routes[k, i].length = routes[k, i].goal, -inf
@@ -175,7 +175,7 @@ def play_few(b: int, batch: Batch, choices: Choices, scenery: Scenery, herds: He
     turned = arrival.redirect(herd, batch.believed[b], work.changed)
     stand = footprints(work.position, work.yaw, scenery.size, ~scenery.fixed)
     if turned or not same(herds.buildings[b], stand):
-        arrival.foresee(herd, stand)
+        arrival.find_arrivals(herd, stand)
     leads = bool(work.changed.any())
     look_ahead_of_few(b, batch.believed[b], batch.facing[b], leads, choices, scenery, herds, work)
     table.until, table.known = herds.clocks[b].now + choices.play_seconds, batch.states[b].changes

@@ -43,7 +43,7 @@ def clutter(b: int, batch: Batch, choices: Choices, scenery: Scenery) -> float:
         for axis in range(3):
             sides[k, axis] = scenery.log_sides[i, axis]
     known = known_objects(position.copy(), yaw.copy(), kind, size_of, sides)
-    answer = assess_objects(position, yaw, np.arange(n), known, scenery.clutter_rule, False)
+    answer = assess_objects(position, yaw, np.arange(n), known, scenery.clutter_model, False)
     share = np.empty(n)
     for k in range(n):
         margin = answer.margin[0, k]

@@ -52,7 +52,7 @@ def look(b: int, batch: Batch, choices: Choices, scenery: Scenery, work: Work, s
     if count == 0:
         return
     sight.seen.number[0], sight.answer.label[:] = count, UNKNOWN
-    assess_one(0, sight.seen, labels(b, batch, scenery, sight), scenery.rule, sight.answer, sight.space)
+    assess_one(0, sight.seen, labels(b, batch, scenery, sight), scenery.model, sight.answer, sight.space)
     right = 0
     for k in range(count):
         i = work.order[k]

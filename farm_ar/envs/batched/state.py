@@ -12,7 +12,7 @@ from farm_ar.game_logic.animals.curve_intersection import Footprint
 from farm_ar.game_logic.animals.routes import Route
 from farm_ar.game_logic.physics.state import Body, Limits, State
 from farm_ar.geometry.camera import Eye
-from farm_ar.reid.assignment import Answer, Rule, Seen, Workspace
+from farm_ar.reid.assignment import Answer, CostModel, Seen, Workspace
 from farm_ar.structs import Struct, Structs
 
 S = TypeVar("S", bound=Struct)
@@ -157,8 +157,8 @@ class Scenery(NamedTuple):
         log_sides: (M, 3) sorted logarithms of the sides.
         size_of: (M,) which of the sizes a label has, for the method.
         sides: (U, 3) sorted logarithms of the sides of each size, likewise.
-        rule: the method's weights and terms.
-        clutter_rule: those of the reward `clutter`.
+        model: the method's weights and terms.
+        clutter_model: those of the reward `clutter`.
         features: what `read_table` needs.
         eyes: (1,) a camera that looks like all that are drawn.
     """
@@ -180,8 +180,8 @@ class Scenery(NamedTuple):
     log_sides: FloatArray
     size_of: IntArray
     sides: FloatArray
-    rule: Rule
-    clutter_rule: Rule
+    model: CostModel
+    clutter_model: CostModel
     features: Room
     eyes: Structs[Eye]
 

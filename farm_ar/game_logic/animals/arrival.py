@@ -116,7 +116,7 @@ def arrival(curve: FloatArray, along: float, buildings: Structs[Footprint]) -> t
 
 
 @compiled
-def foresee(herd: Herd, buildings: Structs[Footprint]) -> None:
+def find_arrivals(herd: Herd, buildings: Structs[Footprint]) -> None:
     """Find out when and where animals arrive if everything stays as it stands."""
     clock = herd.clocks[0]
     clock.next = np.inf
@@ -130,7 +130,7 @@ def foresee(herd: Herd, buildings: Structs[Footprint]) -> None:
 
 
 @compiled
-def foresee_routes(routes: Structs[Route], buildings: Structs[Footprint]) -> None:
+def find_arrivals_on(routes: Structs[Route], buildings: Structs[Footprint]) -> None:
     """Fill in where those who take routes (n, L) arrive, and after how many metres."""
     for k in range(routes.shape[0]):
         for i in range(routes.shape[1]):

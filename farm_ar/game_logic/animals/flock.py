@@ -209,7 +209,7 @@ class Flock:
         buildings = footprints(centre, turned, sides, enterable)
         before, self.buildings = self.buildings, buildings
         if before is None or not np.array_equal(words_of(before), words_of(buildings), equal_nan=True):
-            arrival.foresee(self.herd, buildings)
+            arrival.find_arrivals(self.herd, buildings)
         return buildings
 
     @property

@@ -16,7 +16,7 @@ from farm_ar.reid.assignment.optimum import (
     margins,
     margins_and_runners_up,
 )
-from farm_ar.reid.assignment.problem import Answer, Known, Rule, Seen, known_at, seen_at
+from farm_ar.reid.assignment.problem import Answer, CostModel, Known, Seen, known_at, seen_at
 from farm_ar.reid.assignment.solvers import (
     SOLVERS,
     UNASSIGNED,
@@ -33,8 +33,8 @@ __all__ = [
     "UNASSIGNED",
     "Answer",
     "Assignment",
+    "CostModel",
     "Known",
-    "Rule",
     "Seen",
     "Workspace",
     "assess",

@@ -18,19 +18,19 @@ from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.borrowing import borrowed
 from farm_ar.kernels import compiled
 from farm_ar.reid.assignment.optimum import assign_most_in, find_margins_in
-from farm_ar.reid.assignment.problem import Answer, Known, Rule, Seen
+from farm_ar.reid.assignment.problem import Answer, CostModel, Known, Seen
 from farm_ar.reid.assignment.workspace import Workspace, workspace_for
 from farm_ar.reid.pruning import choose_candidates, sites_kept
 from farm_ar.scenes import UNKNOWN
 
 
-def assess(seen: Seen, known: Known, rule: Rule, margins: bool = False, costs: bool = False) -> Answer:
+def assess(seen: Seen, known: Known, model: CostModel, margins: bool = False, costs: bool = False) -> Answer:
     """What the paper's method makes of B snapshots: costs, labels and, on request, margins (Eqs. 3 to 8).
 
     Args:
         seen: the detections; `seen_at` makes them of poses.
         known: the labels; `known_at` makes them of poses.
-        rule: weights and options.
+        model: weights and options.
         margins: whether margins and runners-up are found.
         costs: whether all costs are given.
     """
@@ -45,7 +45,7 @@ def assess(seen: Seen, known: Known, rule: Rule, margins: bool = False, costs: b
         runner_up=np.full((rises, k), UNKNOWN),
         costs=np.empty((every, k if costs else 0, len(known.category) if costs else 0)),
     )
-    assess_batch(Seen(*map(_writable, seen)), Known(*map(_writable, known)), rule, answer)
+    assess_batch(Seen(*map(_writable, seen)), Known(*map(_writable, known)), model, answer)
     return answer
 
 
@@ -57,14 +57,14 @@ _NOT_ASKED: tuple[FloatArray, IntArray, FloatArray] = (
 """Margins, runners-up and costs where they are not asked for."""
 
 
-def labels_of_one(seen: Seen, known: Known, rule: Rule) -> tuple[IntArray, FloatArray]:
+def labels_of_one(seen: Seen, known: Known, model: CostModel) -> tuple[IntArray, FloatArray]:
     """`assess` of one snapshot, whose arrays can be written to: the (N,) labels and their costs."""
     shape = seen.yaw.shape
     label, cost = np.empty(shape, dtype=np.int64), np.empty(shape)
     label.fill(UNKNOWN)
     cost.fill(np.nan)
     candidates, widened = np.empty(1, dtype=np.int64), np.empty(1, dtype=np.bool_)
-    assess_batch(seen, known, rule, Answer(label, cost, candidates, widened, *_NOT_ASKED))
+    assess_batch(seen, known, model, Answer(label, cost, candidates, widened, *_NOT_ASKED))
     return label[0], cost[0]
 
 
@@ -151,7 +151,7 @@ def halve_yaws(yaw: FloatArray, space: Workspace) -> None:
 def fill_costs(
     seen: Seen,
     known: Known,
-    rule: Rule,
+    model: CostModel,
     b: int,
     rows: IntArray,
     columns: IntArray,
@@ -163,7 +163,7 @@ def fill_costs(
     Args:
         seen: the detections.
         known: the labels.
-        rule: the weights and terms.
+        model: the weights and terms.
         b: the snapshot.
         rows: (n,) indices of the detections.
         columns: (m,) indices of the labels.
@@ -178,10 +178,10 @@ def fill_costs(
         i = rows[row]
         x, z = seen.position[b, i, 0], seen.position[b, i, 1]
         half = (np.sin(seen.yaw[b, i] / 2), np.cos(seen.yaw[b, i] / 2))
-        if rule.compare_sizes:
+        if model.compare_sizes:
             for u in range(len(known.sides)):
                 dimension[u] = size_factor(sides[i], known.sides[u])
-        gate = rule.gate and codes[i] != UNKNOWN
+        gate = model.gate and codes[i] != UNKNOWN
         for k in range(len(columns)):
             j = columns[k]
             if gate and known.category[j] != codes[i]:
@@ -193,8 +193,8 @@ def fill_costs(
                 z - place[j, 1],
                 half,
                 label_half,
-                rule.translation_weight,
-                rule.rotation_weight,
+                model.translation_weight,
+                model.rotation_weight,
             )
             cost[row, k] = dimension[known.kind[j]] * moved
 
@@ -228,7 +228,7 @@ def give_labels(
 
 
 @compiled
-def assess_batch(seen: Seen, known: Known, rule: Rule, answer: Answer) -> None:
+def assess_batch(seen: Seen, known: Known, model: CostModel, answer: Answer) -> None:
     """`assess`: prune (Eq. 3), costs (Eqs. 4 to 7), assignment (Eq. 8). Fills the answer.
 
     Where all categories are known and kept apart, each is solved by itself.
@@ -238,19 +238,19 @@ def assess_batch(seen: Seen, known: Known, rule: Rule, answer: Answer) -> None:
     for code in known.category:
         others = max(others, code + 1)
     space = workspace_for(k_max, m_total, len(answer.margin) > 0, others)
-    assess_all(seen, known, rule, answer, space)
+    assess_all(seen, known, model, answer, space)
 
 
 @compiled
-def assess_all(seen: Seen, known: Known, rule: Rule, answer: Answer, space: Workspace) -> None:
+def assess_all(seen: Seen, known: Known, model: CostModel, answer: Answer, space: Workspace) -> None:
     """`assess_batch`, in a workspace for the detections and labels of one snapshot."""
     seen, known, answer, space = borrowed(seen), borrowed(known), borrowed(answer), borrowed(space)
     for b in range(len(seen.yaw)):
-        assess_one(b, seen, known, rule, answer, space)
+        assess_one(b, seen, known, model, answer, space)
 
 
 @compiled
-def assess_one(b: int, seen: Seen, known: Known, rule: Rule, answer: Answer, space: Workspace) -> None:
+def assess_one(b: int, seen: Seen, known: Known, model: CostModel, answer: Answer, space: Workspace) -> None:
     """`assess_batch` of one snapshot, after those before it, in a workspace for detections and labels."""
     k_max, m_total, s_total = seen.yaw.shape[1], len(known.category), len(known.sites)
     categories = 0
@@ -269,12 +269,12 @@ def assess_one(b: int, seen: Seen, known: Known, rule: Rule, answer: Answer, spa
     rank[0] = 0
     if s_total:
         order = space.site_order
-        kept = sites_kept(seen.camera[b % len(seen.camera)], known.sites, rule.threshold, order)
+        kept = sites_kept(seen.camera[b % len(seen.camera)], known.sites, model.threshold, order)
         for place in range(s_total):
             rank[order[place]] = place
-    m, answer.widened[b] = choose_candidates(known, b, detected, rule.gate, rank, kept, chosen, offered)
+    m, answer.widened[b] = choose_candidates(known, b, detected, model.gate, rank, kept, chosen, offered)
     answer.candidates[b] = m
-    apart = rule.gate and detected[categories] == 0
+    apart = model.gate and detected[categories] == 0
     for code in range(categories if apart else 1):
         height, width = 0, 0
         for row in range(n):
@@ -288,11 +288,11 @@ def assess_one(b: int, seen: Seen, known: Known, rule: Rule, answer: Answer, spa
                 columns[width] = chosen[k]
                 width += 1
         cost = space.cost[: height * width].reshape(height, width)
-        fill_costs(seen, known, rule, b, rows[:height], columns[:width], cost, space)
+        fill_costs(seen, known, model, b, rows[:height], columns[:width], cost, space)
         give_labels(cost, b, rows[:height], columns[:width], answer, space)
     if len(answer.costs):
         every = space.every
-        fill_costs(seen, known, rule, b, every[:k_max], every[:m_total], answer.costs[b], space)
+        fill_costs(seen, known, model, b, every[:k_max], every[:m_total], answer.costs[b], space)
 
 
 @compiled(inline="always")
@@ -315,7 +315,7 @@ def known_objects(
 
 @compiled(inline="always")
 def assess_objects(
-    position: FloatArray, yaw: FloatArray, detected: IntArray, known: Known, rule: Rule, costs: bool
+    position: FloatArray, yaw: FloatArray, detected: IntArray, known: Known, model: CostModel, costs: bool
 ) -> Answer:
     """`assess` with margins, for kernels: one snapshot of the labels' own objects, one a label.
 
@@ -324,7 +324,7 @@ def assess_objects(
         yaw: (M,) radians.
         detected: (n,) which of them are detected.
         known: the labels, of B = 1.
-        rule: weights and options.
+        model: weights and options.
         costs: whether all costs are given.
     """
     m, number, sides = len(yaw), np.empty(1, dtype=np.int64), np.empty((1, len(yaw), 3))
@@ -348,5 +348,5 @@ def assess_objects(
     candidates, widened = np.empty(1, dtype=np.int64), np.empty(1, dtype=np.bool_)
     every = np.empty((1 if costs else 0, m, m))
     answer = Answer(label, cost, candidates, widened, margin, runner_up, every)
-    assess_batch(seen, known, rule, answer)
+    assess_batch(seen, known, model, answer)
     return answer

@@ -56,7 +56,7 @@ class Known(NamedTuple):
     order: IntArray
 
 
-class Rule(NamedTuple):
+class CostModel(NamedTuple):
     """How labels are given to detections.
 
     Args:

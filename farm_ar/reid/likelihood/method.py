@@ -163,7 +163,7 @@ class LikelihoodReid(Reidentifier):
             widened=np.zeros(len(batch), dtype=bool),
             margin=answer.margin,
             runner_up=answer.runner_up,
-            sure=answer.confidence,
+            given_confidence=answer.confidence,
         )
 
     def identify_objects(self, objects: Detections, cameras: Sequence[Camera]) -> Identification:

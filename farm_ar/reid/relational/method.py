@@ -72,9 +72,9 @@ class RelationalReid(LikelihoodReid):
                 in their field of view or in whether their height is known.
         """
         # The same method, which knows more cameras than the snapshot's own.
-        rule = self._twin()
-        rule._between = _batch(cameras)
-        return rule.identify(Snapshot(cameras[-1], objects))
+        twin = self._twin()
+        twin._between = _batch(cameras)
+        return twin.identify(Snapshot(cameras[-1], objects))
 
     def relations(self, snapshot: Snapshot) -> tuple[Relation, ...]:
         """The motions that things may have shared in a snapshot, the most probable first.
@@ -82,10 +82,10 @@ class RelationalReid(LikelihoodReid):
         Raises:
             SnapshotError: a detection's category is not one of the scene's.
         """
-        rule = self._twin()
-        rule._told = []
-        rule.identify(snapshot)
-        return tuple(sorted(rule._told, key=lambda one: -one.probability))
+        twin = self._twin()
+        twin._told = []
+        twin.identify(snapshot)
+        return tuple(sorted(twin._told, key=lambda one: -one.probability))
 
     def _answer(
         self, cameras: Camera, found: Found, details: bool, p_value: FloatArray | None = None

@@ -135,10 +135,10 @@ class Session:
             spacing = spacing_of(layout.position, layout.size)
             going = going_on(state.look.snapshot.detections, state.look.tracks, seen, spacing)
         if len(layout):
-            rule = self._reid
+            method = self._reid
             if cameras:
-                rule = _Fused(rule, [in_map(state, replace(came, camera=one)).camera for one in cameras])
-            answer = identify(self.scene, snapshot, rule, checks=checks)
+                method = _Fused(method, [in_map(state, replace(came, camera=one)).camera for one in cameras])
+            answer = identify(self.scene, snapshot, method, checks=checks)
             if isinstance(self._reid, AdaptiveReid) and any(track.held for track in going.values()):
                 hinted = _Hinted(self._reid, hints(layout.labels, seen, going))
                 given = identify(self.scene, snapshot, hinted, checks=checks)

@@ -50,7 +50,7 @@ def folder(study, summary, tmp_path_factory):
     return out
 
 
-def test_every_rule_has_every_attack_and_the_best_of_them(summary):
+def test_every_method_has_every_attack_and_the_best_of_them(summary):
     assert [rule.reid for rule in summary.reids] == ["spatial", "likelihood", "nearest"]
     assert summary.notes() == []
     for rule in summary.reids:

@@ -148,7 +148,7 @@ def test_assess_is_what_the_equations_and_scipy_say(
             code,
             sorted_log_sides(size) if sizes else None,
         ),
-        assignment.Rule(0.7 / 5.0, 1.3, sizes, gate),
+        assignment.CostModel(0.7 / 5.0, 1.3, sizes, gate),
         margins=True,
         costs=True,
     )
