@@ -105,7 +105,7 @@ def print_rows(
     found: dict[tuple[str, str], Score], told: dict[str, Scored], rows: Sequence[str], methods: Sequence[str]
 ) -> None:
     """A Markdown table: accuracy of all methods by row, ECE less its expectation in brackets."""
-    print(f"| row | {' | '.join(methods)} | told |\n|---|{'--:|' * (len(methods) + 1)}")
+    print(f"| row | {' | '.join(methods)} | known motions |\n|---|{'--:|' * (len(methods) + 1)}")
     for row in rows:
         cells = []
         for method in methods:
@@ -128,8 +128,16 @@ def print_criteria(
 ) -> None:
     """Each criterion of a method in each row, and whether it is reached."""
     rng = np.random.default_rng(1)
-    print(f"\n{method}: in each row the value, and * where it does not reach what is asked")
-    head = ("row", "gain (95%)", "ECE-", "right at .9", "coverage / told", "Brier less best (95%)", "none")
+    print(f"\n{method}: in each row the value, and * where a goal is not reached")
+    head = (
+        "row",
+        "gain (95%)",
+        "ECE less expected",
+        "right at 0.9",
+        "coverage / known motions",
+        "Brier less best (95%)",
+        "none",
+    )
     print(f"| {' | '.join(head)} |\n|{'---|' * len(head)}")
     missed = dict.fromkeys(head[1:], 0)
     for row in rows:

@@ -28,7 +28,9 @@ def column(table: list[list[str]], name: str) -> dict[str, str]:
 
 @pytest.fixture(scope="module")
 def reach() -> list[list[str]]:
-    return next(table for table in tables("benchmark.md") if table[0][0] == "row" and "told" in table[0])
+    return next(
+        table for table in tables("benchmark.md") if table[0][0] == "row" and "known motions" in table[0]
+    )
 
 
 @pytest.fixture(scope="module")
