@@ -1,5 +1,5 @@
 # ruff: noqa: E501  # a row of a table in its docstring is a line
-"""The environment: an agent moves what a headset has to recognise again."""
+"""The environment: an agent moves objects that a headset has to identify again."""
 
 from __future__ import annotations
 
@@ -29,21 +29,21 @@ from farm_ar.game_logic.belief import Sighting
 
 
 class FarmToTableEnv(RecordedEnv):
-    """An agent moves what a headset has to recognise again.
+    """An agent moves identical objects that a headset has to identify again.
 
     ## Description
 
-    A table of toy buildings, several of which look exactly alike, seen by an AR headset. The agent is the
-    player's hand: it moves buildings while the headset waits. When the hand has left, the headset takes one snapshot
+    A table of toy buildings, several of which look exactly alike, seen by an AR headset. The agent is the hand of the
+    player: it moves buildings while the headset waits. When the hand has left, the headset takes one snapshot
     through its narrow view, decides which building is which (by default with the method of Yu et al.,
     doi:10.1007/s10055-025-01305-y), and the Farm-to-Table game goes on with what it now believes: chickens and bunnies
-    run to where they believe the coop or hutch of their colour to be. The agent is paid for wrong beliefs and pays for
-    effort. With `sign=-1` it is a helper instead, paid for right ones.
+    run to where they believe the coop or hutch of their colour to be. The agent is rewarded for wrong labels and pays for
+    effort. With `sign=-1` it is a helper instead, rewarded for right ones.
 
     | id | one step is |
     |---|---|
     | `FarmToTable-v0` | one pick-and-place, or the end of the turn (`control="move"`) |
-    | `FarmToTableHand-v0` | a tenth of a second of steering the hand (`control="hand"`) |
+    | `FarmToTableHand-v0` | velocity control of the hand for 0.1 s (`control="hand"`) |
     | `FarmToTableHandLift-v0` | the same with `carry="lift"`: an open or closed hand bumps into nothing |
     | `FarmToTableLayout-v0` | a whole visit: a displacement for every building (`control="layout"`); so an episode of one visit is one step |
     | `SceneLayout-v0` | the same in any scene, without physics and game (`control="layout"`, `game=False`); one step too |
@@ -53,66 +53,84 @@ class FarmToTableEnv(RecordedEnv):
     `knowledge="black-box"`. `FarmToTableShaped-v0` and so on have `reward="shaped"`, to train learners without a recipe that are
     then evaluated with the id itself.
 
-    `farm_ar.envs.two_players.env()` is a table for two, as PettingZoo has them (extra `pettingzoo`): an adversary's visit, then
-    a helper's, whose gain is the adversary's loss.
+    `farm_ar.envs.two_players.env()` is a table for two agents with PettingZoo's interface (extra `pettingzoo`): an adversary's visit,
+    then a helper's, whose gain is the adversary's loss.
 
     A second environment, `DeliverToChair-v0`, has a page below: a robot that must find one of several identical chairs.
 
     Write `gym.make("farm_ar:FarmToTable-v0")`: the module before the colon registers the id, also in the worker processes of
-    vectorized environments (`SubprocVecEnv`, RLlib, TorchRL), which know nothing of what was imported elsewhere.
+    vectorized environments (`SubprocVecEnv`, RLlib, TorchRL), where nothing that was imported elsewhere is registered.
 
-    `gym.make_vec("farm_ar:FarmToTable-v0", num_envs=1024, carry="lift")` plays many in one compiled call a step, to the same bits
+    `gym.make_vec("farm_ar:FarmToTable-v0", num_envs=1024, carry="lift")` steps many environments in one compiled call, bit for bit
     as one by one: [batched.md](batched.md).
 
     A *visit* is the time from the hand's entering the view to its leaving it. The camera of its snapshot is drawn when
     it begins and can be observed. Only what the camera sees can be gripped. Buildings are pushed by what is dragged
-    into them; the way that each of them goes counts as effort, tick by tick.
+    into them; the path length of each of them counts as effort, tick by tick.
+
+    **Frame and units.** Metres, seconds, radians. The origin is the table's near left corner, x points right, z away from the
+    player, y up. A yaw is clockwise seen from above, 0 along +z. The farm's table is 1.2 m wide and 0.8 m deep; *diagonal* is the
+    root of width² + depth², 1.442 m there. `farm-ar scenes show farm --json` prints poses, sizes (width, height, depth) and categories.
+
+    **Snapshot and labels.** The snapshot has the objects whose pivots the camera sees, the shed among them, from left to right. The
+    paper's method gives each a label of its category at the least total cost, one label to at most one detection, with all labels as
+    candidates (threshold 1). The cost of label j for detection i is
+
+        exp(sum over k of |ln a_ik - ln b_jk|) (w_t |p_i - q_j| / diagonal + w_r |sin((u_i - v_j) / 2)|)
+
+    with p, u the detected position and yaw, q, v those where the label is believed to be, and a, b the three sides of each in order
+    of length. On the farm w_t = w_r = 1; a scene without weights has w_t = 0.36 x the root of its area in m², w_r = 1. The believed
+    pose of a label becomes that of its detection; labels that no detection has keep theirs, and fixed objects always do.
 
     ## Action Space
 
-    N is the number of movable objects (farm: 10), K the most of one kind (farm: 5). Objects are numbered kind by kind,
-    each kind from left to right as the camera sees it at the reset. Lengths are for the farm's table of 1.2 x 0.8 m; in
-    another scene they are multiplied by its diagonal (the root of width² + depth², metres) / 1.442 m.
+    N is the number of movable objects (farm: 10), K the most of one category (farm: 5). Objects are numbered category by category,
+    each category from left to right as the camera sees it at the reset. Lengths are for the farm's table; in another scene they are
+    multiplied by its diagonal / 1.442 m.
 
     | control | `action` | space | meaning |
     |---|---|---|---|
-    | `move` | `displacement` | `MultiDiscrete([N + 1, 7, 7, 7])` | which object, N to end the turn; x, z in seven levels of ±0.3 m; turn in seven levels of ±90° |
-    | `move` | `slot` | `MultiDiscrete([N + 1, K, 3])` | which object, N to end the turn; towards the believed place of the j-th label of its kind; by .55, .8 or all of the way and turn |
+    | `move` | `displacement` | `MultiDiscrete([N + 1, 7, 7, 7])` | which object, N to end the turn; x and z in 7 equal steps from -0.3 to 0.3 m; turn in 7 equal steps from -90° to 90° |
+    | `move` | `slot` | `MultiDiscrete([N + 1, K, 3])` | which object, N to end the turn; towards the believed pose of the j-th label of its category (j modulo their number); by 0.55, 0.8 or all of the shift and the turn |
     | `move` | `discrete` | `Discrete(3 N K + 1)` | the choices of `slot` as one number, (object K + label) 3 + share; 3 N K to end the turn |
-    | `move` | `continuous` | `Box(-1, 1, (5,))` | where to pick (x, z over the table), how far to carry (±0.3 m), turn (±90°); a pick farther than 6 cm from any object in view ends the turn |
+    | `move` | `continuous` | `Box(-1, 1, (5,))` | where to pick (x, z, the table from -1 to 1), how far to carry (±0.3 m), turn (±90°); it takes the nearest object in view, and a pick farther than 6 cm from all of them ends the turn |
     | `hand` | `velocity` | `Box(-1, 1, (4,))` | velocity x, z (1.5 m/s), twist (pi rad/s), grip when positive |
-    | `hand` | `discrete` | `Discrete(20)` | 0 to 8: still, or .75 m/s in one of eight directions, with an open hand; 9 to 17 the same, closed; 18 and 19: twist by pi rad/s anticlockwise and clockwise, closed |
+    | `hand` | `discrete` | `Discrete(20)` | 0: still; 1 to 8: 0.75 m/s along (x, z) = (-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1), all with an open hand; 9 to 17 the same, closed; 18 and 19: twist by pi rad/s anticlockwise and clockwise, closed |
     | `layout` | `offsets` | `Box(-1, 1, (3 N,))` | x, z (±0.15 m) and turn (±45°) of every object |
-    | `layout` | `discrete` | `Discrete(3 N K + 1)` | two of a kind change places: the object and the label's own, numbered as in `move`; by .55, .8 or all of their ways; 3 N K moves nothing |
+    | `layout` | `discrete` | `Discrete(3 N K + 1)` | two of a category change places: the object first, then the label's own, numbered as in `move`; by 0.55, 0.8 or all of their shifts and turns; 3 N K moves nothing |
 
-    What exceeds the budget is scaled down, and the hand stops when what it does, pushed objects included, would exceed
-    it. It is no hard limit: what was bumped into may still slide and spin on. In random play 75% of 2000 visits of `move`
-    end over the budget (48% in metres, by 0.5 mm in the median and 55 mm at most; 70% in radians, by 0.14 and 1.8), and
-    39% of 2000 of `hand` (6% in metres, by 15 and 83 mm; 35% in radians, by 0.31 and 2.9):
-    `python benchmarks/environment_numbers.py`.
+    The moves of a visit in `layout` are executed one after the other in the order of the objects; an object that is out of view
+    when its turn comes stays, as does one that is picked out of view in `move`, where that uses up a move.
+
+    What exceeds the budget is scaled down: all shifts of a step by one factor, all turns by another (under `budget`, both by one).
+    The hand stops when what it does, pushed objects included, would exceed the budget by more than 1 mm or 0.01 rad, what still
+    slides counted (0.072 s x velocity, for what is held 0.02 s²/m x velocity²). It is no hard limit: what was bumped into may still
+    slide and spin on. In random play 75% of 2000 visits of `move` end over the budget (48% in metres, by 0.5 mm in the median and
+    55 mm at most; 70% in radians, by 0.14 and 1.8), and 39% of 2000 of `hand` (6% in metres, by 15 and 83 mm; 35% in radians, by
+    0.31 and 2.9): `python benchmarks/environment_numbers.py`.
 
     `action_masks()` gives the choices that make sense for the discrete actions: what is in view, and for `discrete` only
     what would move anything, each pair once, and twists only of what is held.
 
     ## Observation Space
 
-    `observation="state"` is a `Dict` of `Box`es of float32, finite, clipped and flat (Stable-Baselines3 asks for that):
-    `observation["position"].reshape(M, 2)` has a row for each of the M objects, in the order of the actions, the fixed
+    `observation="state"` is a `Dict` of `Box`es of float32, finite, clipped to the bounds listed below, and flat (as Stable-Baselines3
+    requires): `observation["position"].reshape(M, 2)` has a row for each of the M objects, in the order of the actions, the fixed
     ones last.
 
     | key | shape | meaning |
     |---|---|---|
     | `position` | (2 M,) | x, z, the table from -1 to 1 |
     | `heading` | (2 M,) | sin and cos of the yaw |
-    | `category` | (kinds M,) | one-hot |
+    | `category` | (categories x M,) | one-hot |
     | `in_view`, `fixed` | (M,) | 0 or 1 |
     | `camera` | (4,) | x, z like `position`, sin and cos of its yaw |
     | `budget` | (4,) | what is left of metres, radians, moves (or time) and visits, 0 to 1 |
     | `believed_position`, `believed_heading` | (2 M,) | of each object's own label; white-box only |
     | `difference` | (3 M,) | true less believed: x, z on the scale of `position`, yaw / pi; white-box only |
-    | `cost` | (K' M,) | the paper's cost (Eq. 7) to each object of the labels of its kind, in order, K' the most of a kind, 2 where it has fewer; white-box only |
+    | `cost` | (K' M,) | the paper's cost (Eq. 7) to each object of the labels of its category, in order, K' the most of a category, 2 where it has fewer; white-box only |
     | `margin` | (M,) | the paper's margin / 0.3 of a snapshot as things stand, 1 out of view; white-box only |
-    | `hand` | (8,) | x, z, sin and cos of its yaw, velocity / 1.5 m/s, grip, in view; 0 when it has been withdrawn; control `hand` only |
+    | `hand` | (8,) | x, z like `position`, sin and cos of its yaw, velocity / 1.5 m/s, grip, and whether the visit has begun; 0 when it has been withdrawn; control `hand` only |
 
     Costs and margins, here, in `info` and in the rewards `margin` and `clutter`, are those of the paper's method with
     categories kept apart, whatever `reid` is. The margin of a detection is the rise of the total cost if it had to have
@@ -129,25 +147,32 @@ class FarmToTableEnv(RecordedEnv):
     | `reward` | harm of a step |
     |---|---|
     | `identity` | the rise of the number of wrong labels: those last read from another object than their own |
-    | `margin` | the same + .5 x the rise of sum(1 - clip(margin / .3, 0, 1)) / 2 over the objects in view, of a snapshot as things stand |
-    | `shaped` | the same as `identity` + the rise of sum((1 - clip(m / .3, -1, 1)) / 2) over the objects in view, of a snapshot as things stand; m is the margin, negative where the label would be wrong |
-    | `clutter` | the same as `identity` + .5 x the rise of that sum over all movable objects, were they all in view and known to stand as they do; what a helper (`sign=-1`) can lower |
+    | `margin` | the same + 0.5 x the rise of sum(1 - clip(margin / 0.3, 0, 1)) / 2 over the movable objects in view, of a snapshot as things stand |
+    | `shaped` | the same as `identity` + the rise of sum((1 - clip(m / 0.3, -1, 1)) / 2) over the movable objects in view, of a snapshot as things stand; m is the margin, negative where the label would be wrong |
+    | `clutter` | the same as `identity` + 0.5 x the rise of that sum over all movable objects, were they all in view and known to stand as they do; what a helper (`sign=-1`) can lower |
     | `miscount` | animals that got into the wrong building or ended at an empty spot |
-    | `endpoint` | the rise of the distance from believed to true places, summed, as a share of the diagonal |
+    | `endpoint` | the rise of the distance from believed to true positions, summed, as a share of the diagonal |
+
+    `margin` and `shaped` speak of the snapshot to come: in the last step of a visit they are measured before it is taken, and in control
+    `hand` the step in which the visit ends by itself does not change them.
 
     ## Starting State
 
     The scene's layout, redrawn by `jitter`, known to the game as it is: truth and belief alike. `easy` and `default` add
-    normal noise to every movable object's place and yaw, then keep the footprint on the table and a yaw that was within 30°
-    of 0 within them, so that `default`, SD 15°, comes to 12.9°. `hard` draws places anywhere, centres .13 m apart (or
-    .6 x the root of the room's area / number of objects, where that is less; a tenth less after every ten failed attempts), and yaws
-    uniformly from -30° to 30°. Footprints that are apart in the scene's own layout stay 5 mm apart. What fits nowhere is drawn
-    again; after 100 attempts the layout is the scene's own. Lengths grow with the diagonal.
+    normal noise to every movable object's x, z and yaw, then clip them: the pivot stays half the footprint's diagonal from the table's
+    edges, and a yaw that was within 30° of 0 stays within 30°, so that the yaws of `default`, SD 15°, have an SD of 12.9°. `hard` draws
+    x and z uniformly, centres 0.13 m apart (or 0.6 x the root of the room's area / number of objects, where that is less), clips them
+    likewise, and draws yaws uniformly from -30° to 30°. Footprints that are apart in the scene's own layout (under `hard`, all) stay 5 mm
+    apart. Objects are placed in random order, each at the first of up to 50 poses that keeps these distances; where there is none, all
+    are placed anew; after every ten failed attempts `hard` asks for a tenth less of the 0.13 m, and after 100 the layout is the scene's
+    own. Lengths grow with the diagonal.
 
-    The camera of a visit is drawn on the farm's table as uniform x from .3 to .9 m and z from -.40 to -.25 m, .45 m above the
-    table, looking at a uniform point, x from .1 to 1.1 m, z from .3 to .6 m, and in proportion to width and depth on another
-    table; it sees an object whose pivot is within `fov` and 3 m. 6.3 to 6.5 of the 10 movable buildings are in view on average. A
-    scene without the game that has a camera path has one of 200 equally spaced poses on it, and its own field of view.
+    The camera of a visit is drawn on the farm's table as uniform x from 0.3 to 0.9 m and z from -0.40 to -0.25 m, 0.45 m above the
+    table, looking at a uniform point of it, x from 0.1 to 1.1 m, z from 0.3 to 0.6 m, and in proportion to width and depth on another
+    table. It sees an object whose pivot (the middle of its box's bottom face) is at most 3 m away and within the angles of `fov`; nothing hides
+    anything. 6.3 to 6.5 of the 10 movable buildings are in view on average. A scene without the game that has a camera path has one of
+    200 equally spaced poses on it, and its own field of view and range. The layout is drawn first, then the camera, then the animals'
+    lanes.
 
     `reset(options=...)` sets either exactly:
 
@@ -161,19 +186,32 @@ class FarmToTableEnv(RecordedEnv):
     ## Episode End
 
     The episode terminates `play_seconds` after the snapshot of its last visit, within the same step. A visit ends when
-    the turn is ended, after its last move, or in control `hand` when the hand has been out of view and empty for half a second or
-    its time is up. It is never truncated.
+    the turn is ended, after its last move, or in control `hand` when the hand has been out of view and empty for 0.5 s or
+    its time is up; a hand that was never in view leaves without a snapshot. Each visit has the whole budget. It is never truncated.
 
     ## Physics
 
-    With the game, objects are boxes on a plane (Chipmunk, through pymunk): 1 kg each, friction .3 between surfaces, footprints
+    With the game, objects are boxes on a plane (Chipmunk, through pymunk): 1 kg each, friction 0.3 between surfaces, footprints
     1 mm wider on every side than the object; a sliding object keeps 1e-6 of its velocity after a second, so one let go at 1 m/s
-    slides 7 cm. A tick is 1/60 s, of one to three steps of 20 iterations; 30% of an overlap is undone in a tick. The hand is
-    a disc of 3 cm radius that pulls what it holds with at most 30 N and 3 Nm; it carries at .75 m/s at most in `move` and
-    `layout`, moves at 1.5 m/s and pi rad/s at most, and may go .5 m beyond the table. In `move` it comes in at z = -.15 m. In
-    `hand` it starts at (width / 2, -.5 m), is steered for 6 ticks a step, and grips the nearest building in view within 6 cm
-    of a footprint. The table's edge and fixed objects do not move. Animals run at .12 m/s from the shed, on 4 lanes to each
-    label; they have been leaving it for 8 s when an episode begins, and stand still during a visit.
+    slides 7 cm. A tick is 1/60 s, of one to three steps of 20 iterations; 30% of an overlap is undone in a tick. The table's edge and
+    fixed objects do not move. When all is at rest, footprints that still overlap by more than 0.2 mm are moved apart, each by half.
+
+    The hand is a disc of 3 cm radius that pulls what it holds with at most 30 N and 3 Nm, moves at 1.5 m/s and pi rad/s at most, and
+    may go 0.5 m beyond the table. In `move` and `layout` it comes in above the buildings at z = -0.15 m and the object's x, takes the
+    object at its pivot, drags it along a straight line, turning the shorter way, from rest to rest (smoothstep 3 t² - 2 t³) at 0.75 m/s
+    and pi rad/s at most, is corrected every 3 ticks, presses on at its goal for up to 0.5 s where something holds it up, lets go and
+    leaves; then all comes to rest. In `hand` it starts at (width / 2, -0.5 m), is steered for 6 ticks a step, bumps into what is in its
+    way, and when it closes grips the nearest building if that is in view and its footprint within 6 cm. It is in view when the camera
+    sees any of a strip 6 cm wide and 6 cm high from the hand's middle to z = -0.45 m. With `carry="lift"` nothing is pushed: what is held
+    follows the hand over the others, and is set down at the first free pose on the straight way back to where it was taken from.
+
+    Animals run at 0.12 m/s on cubic Bézier curves from the shed's door (the middle of its front, where its yaw points) to the centre of
+    where their label is believed to be. The label in place k of n sends its j-th animal after (j + k / n) n / `animals_a_second`
+    seconds, on lane j modulo 4; the lanes bow out by a normal random number of SD 3 cm, and further, as little as needed, past other
+    buildings. Each inner control point lies 0.3 of the distance ahead of its end, the way that building's yaw points. An animal arrives when it first enters the
+    footprint of the real building that covers the end of its curve; where none does, it ends there, at an empty spot. They have been
+    leaving the shed for 8 s when an episode begins, and stand still during a visit. After a snapshot the rest of each curve is split
+    off where the animal is, and its last two control points move with the label.
 
     Without the game a move sets a pose at once, pushes nothing, and keeps the pivot in the room.
 
@@ -187,22 +225,22 @@ class FarmToTableEnv(RecordedEnv):
     | `control`, `action` | by id | see Action Space |
     | `observation` | `"state"` | or `"flat"`, `"pixels"`, `"headset"` |
     | `knowledge` | `"white-box"` | or `"black-box"`: the policy sees the table, not the headset's belief state |
-    | `reward`, `sign`, `effort_weight` | `"identity"`, 1, .25 | see Rewards |
+    | `reward`, `sign`, `effort_weight` | `"identity"`, 1, 0.25 | see Rewards |
     | `reid` | `"spatial"` | `likelihood`, `relational`, `nearest`, `distance`, `squared-distance`, `last-known`, or a function from a `Scene` to a `Reidentifier` |
-    | `session` | `"off"` | or `"learn"`, with `reid="adaptive"`: answers of an episode teach it how untidy the table is |
+    | `session` | `"off"` | or `"learn"`, with `reid="adaptive"`: it learns from the answers of an episode how far things are moved |
     | `perception` | `"oracle"` | true poses; `"pixels"`: poses estimated from a picture of 640 x 360 pixels, by the headset's camera; or a `Perception` |
-    | `oracle_noise` | `"none"` | `"measured"`: the oracle errs, misses and sees false things as was measured on such pictures |
-    | `budget_m`, `budget_rad` | .6, pi / 2 | what a visit may move and turn all objects together, metres and radians |
+    | `oracle_noise` | `"none"` | `"measured"`: true poses with the errors, misses and false detections that were measured on such pictures |
+    | `budget_m`, `budget_rad` | 0.6, pi / 2 | what a visit may move and turn all objects together, metres and radians |
     | `budget` | `None` | one effort in place of both |
     | `visits`, `moves` | 1, 6 | visits in an episode, `None` for no end; moves in a visit |
     | `hand_seconds` | 12 | time of a visit in control `hand` |
-    | `steps_per_second` | 10 | how often the hand is steered in control `hand`: 10, 20, 30 or 60 |
-    | `carry` | `"drag"` | or `"lift"`: the hand lifts a building over the others, pushes nothing, and sets it down where there is room, else on the straight way back as soon as there is; no physics then |
+    | `steps_per_second` | 10 | steps a second in control `hand`: 10, 20, 30 or 60 |
+    | `carry` | `"drag"` | or `"lift"`: the hand lifts a building over the others, pushes nothing, and sets it down where there is room, else at the first free pose on the straight way back; no physics then |
     | `animals_a_second` | 10 | animals that leave the shed; 3.3 times as many are on the table at once |
-    | `jitter` | `"default"` | `"none"`, `"easy"` (SD .02 m, 6°), `"default"` (.05 m, 15°), `"hard"` (anywhere, .13 m apart), see Starting State |
+    | `jitter` | `"default"` | `"none"`, `"easy"` (SD 0.02 m, 6°), `"default"` (0.05 m, 15°), `"hard"` (anywhere, 0.13 m apart), see Starting State |
     | `play_seconds` | 5 | play after a snapshot |
-    | `head_noise_deg` | 0 | SD of the head's turn between the begin of a visit and its snapshot |
-    | `fov` | `"photo"` | HoloLens 2: 64.7° across and 3 m far, or `"display"`, 43° by 29° and 3 m; the built-in scenes' own fields of view are for other commands |
+    | `head_noise_deg` | 0 | SD of the normal error of the camera's yaw at the snapshot, against the one observed, degrees |
+    | `fov` | `"photo"` | HoloLens 2: 64.7° across without vertical limits, or `"display"`, 43° across and 29° vertically; both 3 m far. The built-in scenes' own fields of view are for other commands |
     | `gaze` | `"random"` | a camera drawn for each visit; or `"still"`, the first visit's for all |
     | `update` | `"pause"` | one snapshot after a visit, during which animals stand still; or `"live"`: five a second while the hand moves things, the animals run on |
     | `game` | `True` | physics, animals and counters |
@@ -221,7 +259,7 @@ class FarmToTableEnv(RecordedEnv):
     | `miscounts` | int | animals so far that got into the wrong building or ended at an empty spot |
     | `phase` | int | `Phase`: 0 (`PLAY`, animals run) or 1 (`HAND`, a visit is under way and they stand still) |
     | `reward/identity`, ... | float | the terms of the step's reward, weighted and signed: the reward is their sum; 0 at the reset |
-    | `reward/effort` | float | what its effort costs, 0 or less |
+    | `reward/effort` | float | cost of its effort, 0 or less |
     | `action_mask` | (sum of the choices,) bool | `action_masks()`; discrete actions only |
 
     ## Version History
