@@ -106,7 +106,7 @@ LOOKS = {
     "30% moved": Look(),
     "5% moved": Look(moved=0.05),
     "three times the noise": Look(noise=0.03, yaw_deg=5.0),
-    "headings tell nothing": Look(headings=False),
+    "headings uninformative": Look(headings=False),
     "categories unknown": Look(categories=False),
     "partial view": Look(partial=True),
     "partial view, misses, a false one": Look(partial=True, missed=0.05, false=1.0),

@@ -53,7 +53,7 @@ PLACES: dict[str, Habit] = {
     "shifts of 10 cm, turns of 5 degrees": _spread(0.1, 5),
     "shifts of 20 cm, turns of 25 degrees": _spread(0.2, 25),
     "shifts of 40 cm, any turn": _spread(0.4, 180),
-    "a fifth goes anywhere, the rest stays": _few_go_far,
+    "a fifth goes anywhere, the others stay": _few_go_far,
     "all go forward by 75 cm": _forward,
 }
 """How things move in each kind of place, where there is half a metre to the next."""

@@ -70,7 +70,7 @@ def read_only(
     Args:
         values: what to copy.
         dtype: of the copy.
-        empty: shape of the copy of an empty list, which does not tell how many columns its rows would have.
+        empty: shape of the copy of an empty list, which does not say how many columns its rows would have.
     """
     array = np.array(values, dtype=dtype, order="C")
     if array.shape == (0,):

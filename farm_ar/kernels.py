@@ -315,7 +315,7 @@ class _Announcer(event.Listener):
 
 
 PATIENCE_S = 0.5
-"""Compiling that takes no longer is not worth a line."""
+"""Compiling that takes no longer is not announced."""
 
 COMPILED = {
     "agents": ("planning and attacks", 30),

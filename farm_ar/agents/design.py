@@ -147,7 +147,7 @@ def design(
 
 
 class Things(NamedTuple):
-    """What is to be placed, and by what rules.
+    """What is to be placed, and under which constraints.
 
     Args:
         half: (N, 3) half sizes, metres.
@@ -172,7 +172,7 @@ class Things(NamedTuple):
 def _nearness(
     i: int, position: FloatArray, yaw: FloatArray, things: Things, sharpness: float
 ) -> tuple[float, float]:
-    """How near object i is to others of its kind, smoothly, and by how much it breaks the rules, metres."""
+    """How near object i is to its look-alikes, smoothly, and how far it violates the constraints, metres."""
     near, half, size = 0.0, things.half, things.size
     x, z = position[i]
     broken = outside_by(x, z, yaw[i], half[i], size[0], size[1], True)
@@ -193,7 +193,7 @@ def _nearness(
 def _spread_out(
     position: FloatArray, yaw: FloatArray, things: Things, normals: FloatArray, picks: IntArray
 ) -> bool:
-    """Move objects apart in place; whether all rules are kept in the end.
+    """Move objects apart in place; whether all constraints hold in the end.
 
     One object at a time takes a random step, which stands if it is then less near to those of its kind. The
     nearest ones count ever more, and steps grow ever shorter, as the search goes on.

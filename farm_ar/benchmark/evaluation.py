@@ -105,7 +105,7 @@ def ask_all(
         executor: where the work is done; by default in this process.
         watch: is called with the progress.
         fresh: whether to forget what is in the store.
-        version: of the code, by hand; by default the hash of all of it.
+        version: of the code, given by the caller; by default the hash of all of it.
 
     Raises:
         StoreError: the store cannot be used.
@@ -173,7 +173,7 @@ def answer_part(
         method: the method's name.
         first: the first snapshot.
         last: the one after the last.
-        code: tells results apart that other code gave under the same name.
+        code: distinguishes results that other code gave under the same name.
     """
     examples = Source(**source).examples(row)[first:last]
     make = load_reid(method)

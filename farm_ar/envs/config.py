@@ -80,10 +80,10 @@ class EnvConfig:
         observation: one of `OBSERVATIONS`.
         knowledge: whether what the game believes is observed, one of `KNOWLEDGE`.
         reward: one of `REWARDS`.
-        sign: 1 pays for harm (an adversary), -1 for its opposite (a helper).
-        effort_weight: what a unit of effort costs beside a wrong label.
+        sign: 1 rewards wrong labels (an adversary), -1 right ones (a helper).
+        effort_weight: cost of a unit of effort, a wrong label being 1.
         reid: a re-identifier's name, or a function from a `Scene` to a `Reidentifier`.
-        session: whether the game learns from its answers how untidy the table is, one of `SESSIONS`; only
+        session: whether the game learns from its answers how far things are moved, one of `SESSIONS`; only
             `adaptive`, or a function that makes such a re-identifier, learns.
         perception: one of `PERCEPTIONS`, or a `Perception`.
         oracle_noise: of the perception `oracle`, one of `ORACLE_NOISE`: none, or errors as large and frequent
@@ -94,7 +94,7 @@ class EnvConfig:
         visits: how many an episode has; None for no end.
         moves: how many a visit has in control `move`.
         hand_seconds: time of a visit in control `hand`.
-        steps_per_second: how often the hand is steered in it, one of `STEERING`.
+        steps_per_second: steps in a second of it, one of `STEERING`.
         carry: how the hand moves what it holds, one of `CARRIES`; without the game nothing is carried.
         animals_a_second: how many animals leave the shed.
         jitter: how starting layouts are drawn, one of `JITTERS`.

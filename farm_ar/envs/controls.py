@@ -74,7 +74,7 @@ class Control(Protocol):
 
 
 class MoveControl:
-    """Whole moves, each carried out by the hand before the next is asked for.
+    """Whole moves, each executed by the hand before the next is requested.
 
     Args:
         action: what an action means.

@@ -122,7 +122,7 @@ class Reward:
         self._before = self._ahead = [measure(env) for _, measure, _, _ in self._terms]
 
     def look_ahead(self, env: FarmToTableEnv) -> None:
-        """The step's action is carried out, and its snapshot, if it has one, is yet to be taken."""
+        """The step's action has been executed, and its snapshot, if it has one, is yet to be taken."""
         if self._looks_ahead:
             self._ahead = [measure(env) if foresight else 0.0 for _, measure, _, foresight in self._terms]
 

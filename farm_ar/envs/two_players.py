@@ -1,4 +1,4 @@
-"""Two players at one table, for PettingZoo: an adversary's visit, then a helper's (extra `pettingzoo`)."""
+"""Two agents at one table, for PettingZoo: an adversary's visit, then a helper's (extra `pettingzoo`)."""
 
 from __future__ import annotations
 

@@ -169,7 +169,7 @@ def equally_spaced(points: FloatArray, count: int, closed: bool = False) -> tupl
     """Places at equal distances along a polyline, each facing the direction of travel.
 
     The first is the polyline's first point. On an open polyline the last is its last point; on a closed one
-    the way from the last place back to the first is as long as the others. Points that coincide do no harm;
+    the way from the last place back to the first is as long as the others. Points may coincide;
     a polyline without length gives its one point, facing along +z.
 
     Args:

@@ -1,4 +1,4 @@
-"""What a method believed of how things had moved when it answered, in words."""
+"""What a method inferred about how objects had moved, in words."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ LEAST, MOST = 0.05, 3
 
 _ALONE, _AHEAD = ("gaussian", "exponential", "student"), ("forward", "ahead")
 _WAYS = {
-    "forward": "ahead along its heading, all about as far",
-    "ahead": "ahead along its heading, each its own way",
+    "forward": "ahead along its heading, all by about the same distance",
+    "ahead": "ahead along its heading, each by another distance",
     "together": "all by one shift",
     "together, turning": "all by one shift and turn",
     "together, and ahead": "all by one shift, and each ahead along its heading",
-    "stay or move": "most hardly, some anywhere",
-    "nudged or moved": "most hardly, some anywhere",
+    "stay or move": "most hardly, some to anywhere",
+    "nudged or moved": "most hardly, some to anywhere",
 }
 """Families of motions of `AdaptiveReid`, by the beginning of their names, in words."""
 
 
 def beliefs(reid: Reidentifier, snapshot: Snapshot) -> tuple[str, ...]:
-    """What a method believes of how the things in a snapshot have moved, a sentence each.
+    """What a method infers about how the things in a snapshot have moved, a sentence each.
 
     Args:
-        reid: the method; of those that do not average over motions there is nothing to tell.
+        reid: the method; nothing is said of those that do not average over motions.
         snapshot: what was seen, in the scene's frame; at least one detection, each one that it can identify.
     """
     if isinstance(reid, AdaptiveReid):
@@ -61,7 +61,7 @@ def _of_adaptive(reid: AdaptiveReid, snapshot: Snapshot) -> tuple[str, ...]:
         for way in likeliest
         if share[way] >= LEAST or way == likeliest[0]
     ]
-    moved = f"Believed of how each thing moved: {'; or '.join(told)}."
+    moved = f"Inferred motion of each object: {'; or '.join(told)}."
     if not headed:
         return (moved,)
     return (moved, _headings(every.motions.heading[motion], posterior.share, reid.options.turn_sds))
@@ -76,34 +76,32 @@ def _way(family: str, headed: bool) -> str:
 
 
 def _headings(heading: IntArray, share: FloatArray, sds: tuple[float, ...]) -> str:
-    """How far headings are believed to be kept."""
+    """How exactly headings are kept, as inferred."""
     blind = float(share[heading == len(sds)].sum())
     told = heading < len(sds)
     if blind > 1 - LEAST:
-        return "Headings were believed to tell nothing."
+        return "Headings: uninformative."
     weight = share[told] / share[told].sum()
     sd = float(np.exp(weight @ np.log(np.array(sds)[heading[told]])))
-    kept = f"be kept to about {np.rad2deg(sd):.0f}°"
+    kept = f"kept to about {np.rad2deg(sd):.0f}°"
     if blind < LEAST:
-        return f"Headings were believed to {kept}."
-    ways = [(blind, "tell nothing"), (1 - blind, kept)]
+        return f"Headings: {kept}."
+    ways = [(blind, "uninformative"), (1 - blind, kept)]
     first, second = (f"{way} ({part:.0%})" for part, way in sorted(ways, reverse=True))
-    return f"Headings were believed to {first}, or to {second}."
+    return f"Headings: {first}, or {second}."
 
 
 def _of_likelihood(reid: LikelihoodReid, snapshot: Snapshot) -> str:
     found = reid.posterior(snapshot)
     far, turn = snapshot.world.length(found.translation_sd), np.rad2deg(found.rotation_sd)
-    return (
-        f"Believed of how each thing moved on its own: by about {far} along x and z, turned by {turn:.0f}°."
-    )
+    return f"Inferred motion of each object, on its own: by about {far} along x and z, turned by {turn:.0f}°."
 
 
 def _of_relations(reid: RelationalReid, snapshot: Snapshot) -> str:
     words = {"alone": "none", "drift": "the whole frame's"}
     told = [
-        f"{words.get(one.kind) or f'that of what stood around {one.label}'} ({one.probability:.0%})"
+        f"{words.get(one.kind) or f'that of the objects around {one.label}'} ({one.probability:.0%})"
         for one in reid.relations(snapshot)[:MOST]
         if one.probability >= LEAST
     ]
-    return f"Believed of a motion that things share: {'; or '.join(told)}."
+    return f"Inferred motion that objects share: {'; or '.join(told)}."

@@ -1,4 +1,4 @@
-"""Which labels are worth considering: those of the Voronoi sites near the camera (paper, Eqs. 1 to 3)."""
+"""Which labels are candidates: those of the Voronoi sites near the camera (paper, Eqs. 1 to 3)."""
 
 from __future__ import annotations
 

@@ -94,7 +94,7 @@ def register(
         turn_concentration: of the prior, 1 / rad^2.
 
     Returns:
-        The motion about `pivot`. Where nothing tells its turn, that is 0.
+        The motion about `pivot`. Where nothing determines its turn, that is 0.
     """
     pivot = np.asarray(pivot, dtype=np.float64)
     before, after = source - pivot[..., None, :], target - pivot[..., None, :]

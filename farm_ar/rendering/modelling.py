@@ -1,7 +1,7 @@
 """The models of the farm, built from shapes; `python -m farm_ar.rendering.modelling` writes them as glTF.
 
 Each fills its box: to the right, up and ahead of the middle of its foot, metres. Coops are all alike, and so
-are hutches: what tells them apart is virtual.
+are hutches: what distinguishes them is virtual.
 """
 
 from __future__ import annotations

@@ -69,7 +69,7 @@ def test_what_is_called_certain_is_right_and_most_whole_views_are_certain(look):
 
 
 @pytest.mark.parametrize(
-    "look", ["three times the noise", "headings tell nothing", "categories unknown", "5% moved"]
+    "look", ["three times the noise", "headings uninformative", "categories unknown", "5% moved"]
 )
 def test_noise_headings_and_categories_are_not_taken_for_granted(look):
     row = worlds.measure(worlds.LOOKS[look], 24)

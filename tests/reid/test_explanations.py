@@ -134,12 +134,12 @@ def test_adaptive_says_which_motions_it_believed_in():
         return explain(AdaptiveReid(scene), Snapshot(camera, seen), "3").believed
 
     alone = told(rng.normal(0, 0.02, (12, 2)), rng.normal(0, 0.05, 12))
-    assert alone[0].startswith("Believed of how each thing moved: on its own, by about 0.0")
-    assert alone[1].startswith("Headings were believed to be kept to about 4°")
+    assert alone[0].startswith("Inferred motion of each object: on its own, by about 0.0")
+    assert alone[1].startswith("Headings: kept to about 4°")
     together = told(np.array([0.7, -0.5]) + rng.normal(0, 0.01, (12, 2)), rng.normal(0, 0.05, 12))
-    assert together[0].startswith("Believed of how each thing moved: all by one shift")
+    assert together[0].startswith("Inferred motion of each object: all by one shift")
     blind = told(rng.normal(0, 0.05, (12, 2)), rng.uniform(-np.pi, np.pi, 12))
-    assert blind[1].startswith("Headings were believed to tell nothing")
+    assert blind[1].startswith("Headings: uninformative")
     unknown = told(rng.normal(0, 0.02, (12, 2)), np.full(12, np.nan))
     assert len(unknown) == 1
     assert "heading" not in unknown[0]

@@ -181,7 +181,7 @@ def _swaps(case: Case, costs: Costs, arc: FloatArray) -> FloatArray:
     """(N, N) distance after which two objects hold each other's labels, at the least.
 
     With R for what the headings differ by, in units of the ways, crossing takes R + sqrt(T^2 + s^2 - R^2);
-    turning saves no more than it costs as long as the ways weigh no less than the turns.
+    turning saves no more than it costs as long as the weight of ways is no less than that of turns.
     """
     swap = costs.longer * (arc + arc.T)
     if costs.way <= 0 or costs.turn > costs.way:

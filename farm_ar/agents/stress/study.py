@@ -164,7 +164,7 @@ class CaseUnit(TypedDict):
         jitter: how far layouts stray.
         case: its number.
         reid: the re-identifier's name.
-        code: tells results apart that other code, or another policy, gave under the same names.
+        code: distinguishes results that other code, or another policy, gave under the same names.
     """
 
     scene: str

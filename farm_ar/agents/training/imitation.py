@@ -1,4 +1,4 @@
-"""The imitation warm start (DAgger): a learner is shown what a planner would do before it learns by trial."""
+"""The imitation warm start (DAgger): a learner imitates a planner before it learns from its own rewards."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Hyperparameters: one YAML file per learner, keyed by environment id, as rl-baselines3-zoo has them."""
+"""Hyperparameters: one YAML file per learner, keyed by environment id."""
 
 from __future__ import annotations
 

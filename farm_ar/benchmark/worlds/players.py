@@ -111,7 +111,7 @@ def players(
         rng: where the randomness comes from.
         count: how many pairs.
         gap_s: seconds between the two looks.
-        teams: whether the teams can be told apart; where they cannot, players face where they run.
+        teams: whether the teams can be distinguished; where they cannot, players face where they run.
         seen: how many of each team are detected at the second look, drawn at random.
         wedge: whether a camera on the touchline takes the second look, zoomed so that it sees 12 of the 22.
         points: whether nothing but places and teams is known, neither headings nor sizes.

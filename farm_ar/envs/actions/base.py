@@ -101,7 +101,7 @@ _SINGLE = np.dtype(np.float32)
 
 
 def checked_action(action: Any, space: spaces.Space[Any]) -> Any:
-    """The action as a list of numbers, if it can be carried out; those beyond a `Box` can, they are clipped.
+    """The action as a list of numbers, if it is valid; numbers beyond a `Box` are valid, they are clipped.
 
     An action of a `Discrete` space is a number alone.
 

@@ -1,4 +1,4 @@
-"""What kernels of a batch tell apart: stages, actions, rewards, ways of drawing."""
+"""What kernels of a batch distinguish: stages, actions, rewards, ways of drawing."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ def clutter(b: int, batch: Batch, choices: Choices, scenery: Scenery) -> float:
 
 @compiled(inline="always")
 def foresight(table: Table, choices: Choices) -> float:
-    """What the reward foresees of the snapshot to come."""
+    """What the reward predicts of the snapshot to come."""
     return table.ambiguity if choices.reward == RewardKind.MARGIN else table.expected_wrong
 
 

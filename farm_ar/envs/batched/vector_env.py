@@ -296,10 +296,10 @@ class BatchedVectorEnv(VectorEnv[Any, Any, Any]):
         return sum(self._pool.map(lambda pair: part(*pair), pairwise(ends)))
 
     def _checked(self, actions: Any) -> Any:
-        """(B, D) the actions as numbers, if they can be carried out, but where an episode begins instead.
+        """(B, D) the actions as numbers, if they are valid, except where an episode begins instead.
 
         Raises:
-            gymnasium.error.InvalidAction: they cannot.
+            gymnasium.error.InvalidAction: they are not.
         """
         space = self.single_action_space
         given, shape = array_of(actions), (self.num_envs, *(space.shape or ()))

@@ -16,7 +16,7 @@ LONGEST_S = 3600.0
 """How long a guided hand may be on its way, seconds."""
 
 CARRY_SPEED = 0.75
-"""Fastest that a hand carries a building unless told otherwise, metres a second."""
+"""Fastest that a hand carries a building by default, metres a second."""
 
 REACH_SPEED = 1.5
 """Fastest that a hand moves above the buildings on its way in and out, metres a second."""

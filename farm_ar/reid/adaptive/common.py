@@ -145,7 +145,7 @@ def find_common(
         some: room for weights.
         shift: (R, P) filled, for the profiles of shared motions, with densities of what is left.
         penalty: (R,) filled with the log of how much of the prior of the motion the posterior takes up.
-        swing: (R, 3) filled with the sine and cosine of how all turn, and how many things tell.
+        swing: (R, 3) filled with the sine and cosine of how all turn, and how many headings that rests on.
     """
     labels = len(detecting.anywhere)
     weight, belief, to_row = np.empty(len(like)), np.empty(len(like)), np.empty(len(like))

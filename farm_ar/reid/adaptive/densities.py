@@ -26,7 +26,7 @@ SWINGS = 4.0
 """Concentration of shared turns about none."""
 
 NEAR = 0.02
-"""Shifts, in spacings, below which the direction of a shift tells less and less."""
+"""Shifts, in spacings, below which the direction of a shift carries less and less information."""
 
 STANDING = 0.04
 """Length, in spacings, of the shifts of what never moves."""

@@ -20,7 +20,7 @@ _POINTS = 32
 _GOLDEN_ANGLE = float(np.pi * (3 - np.sqrt(5)))
 
 _DOUBT = 0.1
-"""What a detector is never sure of: the least doubt of a detection, to which the others' are compared."""
+"""Least probability that a detection is false, with which others are compared: no detector is certain."""
 
 AMONG = 0.6
 """Share of what goes anywhere that goes to where its look-alikes are, if as many are seen as are known."""
@@ -78,8 +78,8 @@ def detection_model_of(
 def motion_prior(problem: Problem, every: Hypotheses, disorder: Disorder, closed: float) -> FloatArray:
     """(H,) log prior of the motions for a snapshot.
 
-    No scale is much larger than the extent. In a part of a scene a shared motion is hard to tell from other
-    labels; where all is seen, it is what makes little of common drift.
+    No scale is much larger than the extent. In a part of a scene a shared motion is hard to distinguish from
+    other labels; where all is seen, it is what explains a common drift.
     """
     motions = every.motions
     cut = -0.5 * (every.scale[motions.scale] / problem.extent) ** 2

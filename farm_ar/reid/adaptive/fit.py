@@ -45,7 +45,7 @@ def predictive_p_value(pairs: Pairs, chosen: IntArray, every: Hypotheses, motion
     heading = every.motions.heading[motion]
     told = index[pairs.turned[index] & ~every.angles.anyone[heading]]
     if len(pairs.errors.turn):
-        # A heading that may be another tells too little.
+        # A heading that may be another carries too little information.
         told = told[pairs.errors.rival_weight[told] == 0.0]
     cosine = pairs.turn[told]
     if every.angles.shared[heading]:

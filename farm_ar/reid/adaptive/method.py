@@ -52,10 +52,10 @@ class Posterior:
 
 
 class AdaptiveReid(Reidentifier):
-    """Identities where nothing is known of how untidy a place is, nor of its units, for one scene.
+    """Identities for one scene, where neither how far things move nor the unit is known.
 
-    Hypotheses about how things moved (how, how far, with their headings or not), about what sizes tell, and
-    about how much is missed, gone or new are averaged over, weighted by how probable they make the snapshot.
+    Hypotheses about how things moved (how, how far, with their headings or not), about how reliable sizes
+    are, and about how much is missed, gone or new are averaged, weighted by the evidence of the snapshot.
     Labels are then given so that as many as possible are right on average. No length is assumed: all are
     measured in the distance of look-alikes.
 

@@ -20,13 +20,13 @@ class AdaptiveOptions:
         confusion: probability that a known category is wrong; 0 keeps every known category.
         min_confidence: a label less probable than this is not given.
         most_exact: detections of one component up to which probabilities are exact.
-        turn_sds: SDs of turns that are tried, radians, besides headings that tell nothing.
-        turn_shares: prior share of each of these, the last of headings that tell nothing.
+        turn_sds: SDs of turns that are tried, radians, besides uninformative headings.
+        turn_shares: prior share of each of these, the last of uninformative headings.
         fold_shares: share of things that look the same turned by half, and by a quarter, among these.
         fold_sd: SD of their turns besides, radians.
         shared_sds: SDs of turns about one that all share, where all move together.
         shared_shares: prior share of each of these.
-        anyone_sds: SDs of turns from the heading of any of the things: headings do not tell which.
+        anyone_sds: SDs of turns from the heading of any of the things: headings do not identify it.
         anyone_shares: prior share of each of these.
         course_sd: least SD of a course about the mean heading, radians.
         outliers: share of turns of any size, whatever the SD.

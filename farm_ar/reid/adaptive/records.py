@@ -47,7 +47,7 @@ class Profiles(NamedTuple):
 class Motions(NamedTuple):
     """The H motions that are tried: a profile, how exactly headings are kept, and how many move anywhere.
 
-    Those that differ in what headings tell only make up a group and stand together.
+    Those that differ in the informativeness of headings only make up a group and stand together.
 
     Args:
         group: (G + 1,) where each group begins.
@@ -74,12 +74,12 @@ class Concentrations(NamedTuple):
     """Von Mises distributions of angles: of turns and of courses, with a share of outliers each.
 
     Args:
-        turn: (T,) concentrations, one of them 0: headings tell nothing.
+        turn: (T,) concentrations, one of them 0: headings are uninformative.
         turn_peak: (T,) density at no turn.
         fold: (T,) into how many equal parts of a whole turn: 2 if what is turned by half looks the same, 4 if
             by a quarter.
         shared: (T,) whether turns are counted from one that all share.
-        anyone: (T,) whether a heading is that of any of the things with a turn: it does not tell which.
+        anyone: (T,) whether a heading is that of any of the things with a turn: it does not identify it.
         course: (C,) concentrations.
         course_peak: (C,) density at the heading.
         outliers: share of turns that are of any size.
@@ -241,7 +241,7 @@ class Table(NamedTuple):
         course: (C, P) how much likelier a course is than any.
         far: (P,) of what has gone anywhere, place and turn.
         penalty: (R,) log of the share of a shared motion's prior that counts.
-        swing: (R, 3) of each shared motion: sine and cosine of how all turn, and how many things tell.
+        swing: (R, 3) of each shared motion: sine and cosine of its turn, and how many headings that rests on.
         angles: of turns and courses.
     """
 

@@ -172,7 +172,7 @@ def weigh_under(
     some: Sparse,
     factor: FloatArray,
 ) -> float:
-    """`weigh` under motion h and rates q."""
+    """`weigh`, under motion h and rates q."""
     missed = label_factors(detecting, motions.scale[h], motions.far[h], detecting.unseen[q], factor)
     return weigh(pairs, detecting, density, missed, detecting.new[q], some, factor)
 
@@ -261,8 +261,8 @@ def screen(
     """Fill (H,) log evidences of the motions; minus infinity where a bound is enough.
 
     Rates are middling, or those at which most comes and goes, whichever explain more. A bound of a whole
-    group, with the best that headings could tell of each pair, leaves out most. That all went anywhere
-    leaves out none: it does not tell which label is likelier.
+    group, with the highest density that headings could give each pair, excludes most. That all went anywhere
+    excludes none: it does not say which label is likelier.
 
     Args:
         pairs: the pairs.

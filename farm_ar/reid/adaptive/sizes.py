@@ -1,4 +1,4 @@
-"""What sizes tell among look-alikes, when both what is known and what is seen of them was measured."""
+"""Evidence of sizes among look-alikes, when both the known and the seen ones were measured."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _EXACT = 1e-6
 """SD of the logarithm of a side below which all look-alikes are taken to be of one size."""
 
 _OUTLIERS = 0.03
-"""Share of measured sides that tell nothing."""
+"""Share of measured sides that carry no information."""
 
 _BETWEEN_KINDS = 0.05
 """Least SD of the logarithm of a side by which categories are distinguished."""
@@ -25,15 +25,15 @@ class SizeModel:
     """The sizes of M labels: how they spread within each category.
 
     Look-alikes share a size, about which those of a category spread: because they differ, or because each
-    was measured with an error, or both. Seen sizes spread likewise. What a label's known side tells of the
-    side of its detection is one number, their correlation: 0 if all is error, 1 if nothing is. It is a
-    hypothesis.
+    was measured with an error, or both. Seen sizes spread likewise. The information of a label's known
+    side about the side of its detection is one number, their correlation: 0 if all is error, 1 if nothing
+    is. It is a hypothesis.
 
     Args:
         category: (M,) codes.
         deviation: (M, 3) of the logarithms of the sides from the category's mean; NaN where not known.
         mean: (C, 3) of each category.
-        variance: (C, 3) about it; 0 where nothing can be told.
+        variance: (C, 3) about it; 0 where it cannot be estimated.
     """
 
     category: IntArray
@@ -74,7 +74,7 @@ class SizeModel:
             correlations: W of them.
 
         Returns:
-            (W, P) factors, or (1, P) where sizes tell nothing.
+            (W, P) factors, or (1, P) where sizes carry no information.
         """
         kind = self.category[j]
         own = sides[i] - self.mean[kind]

@@ -1,7 +1,7 @@
 """How probable each of some motions makes a snapshot.
 
 Under a motion a thing in view stayed, and is seen where the map has it, or it may be anywhere. How exact
-poses are, whether headings tell anything, and how much stayed are averaged over; a motion stands for those
+poses are, whether headings are informative, and how much stayed are averaged over; a motion stands for those
 about it that do as well (Laplace's approximation).
 """
 
@@ -35,7 +35,7 @@ NUDGED, NUDGED_SD = 0.5, 0.3
 """Share of the things near their places that have moved a little, where the others have not; their SD."""
 
 HEADING_SDS = ((float(np.deg2rad(1.5)), 0.4), (float(np.deg2rad(6)), 0.4), (np.inf, 0.2))
-"""The same of headings, radians; infinite: headings tell nothing."""
+"""The same of headings, radians; infinite: headings are uninformative."""
 
 STAYED = (0.9, 0.65, 0.35)
 """Shares of the things in view that may have stayed where they were and been detected."""

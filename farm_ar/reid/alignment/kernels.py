@@ -23,7 +23,7 @@ NEAR, FAR = 0.06, 0.16
 """SD of positions where motions are compared: least, and most where the turn is not well known."""
 
 HEADING, TELLS = 0.07, 0.8
-"""SD of a heading where motions are compared, radians, and how probable it is that headings tell anything."""
+"""SD of a heading where motions are compared, radians; probability that headings are informative."""
 
 STEPS, LOOSELY = read_only([0.2, 0.12, 0.08, 0.06, 0.05, 0.05], np.float64), read_only([0.45], np.float64)
 """SDs of positions in the steps of a refinement; the same to pair what has moved a little."""

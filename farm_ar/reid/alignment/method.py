@@ -27,7 +27,7 @@ RIVAL = 0.1
 """How probable another motion must be, by the best, to be an alternative."""
 
 ELSEWHERE, MIRRORED = 0.1, 0.01
-"""Probability that the snapshot shows another place, or tells nothing; that its frame is mirrored."""
+"""Probability that the snapshot shows another place, or is uninformative; that its frame is mirrored."""
 
 GROUP, EACH_MORE = 3, 3.0
 """Things from which on some may have moved as one; how much likelier each thing more is to have stayed."""
@@ -121,7 +121,7 @@ def align(scene: Scene, snapshot: Snapshot, anchor: tuple[Pose, Pose] | None = N
     problem = problem_of(scene, snapshot)
     found = _found(problem, start)
     if start is None and found is None:
-        few = "nothing is in view" if not len(snapshot.detections) else "too few things can be told apart"
+        few = "nothing is in view" if not len(snapshot.detections) else "too few things can be distinguished"
         still = RigidMotion(problem.middle, np.zeros(2), np.array(0.0))
         return Alignment(still, 0.0, (None,) * len(snapshot.detections), reason=few)
     other = None if start is not None else _found(problem_of(scene, _mirrored(snapshot)), None)
@@ -148,7 +148,7 @@ def moved(snapshot: Snapshot, motion: RigidMotion) -> Snapshot:
 
 
 def _found(problem: Problem, start: RigidMotion | None) -> Found | None:
-    """Motions that differ, weighed; None where there are none."""
+    """Motions that differ, with their evidence; None where there are none."""
     motions = np.empty((0, 6)) if not problem.fit.size else proposals(problem)
     if start is not None and problem.fit.size:
         motions = np.vstack([problem.scaled(start), motions])

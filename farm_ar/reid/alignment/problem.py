@@ -45,7 +45,7 @@ MOST_REFINED, MOST_REFINING = 60, 20_000_000
 """Motions that are refined, and these times detections and labels."""
 
 POSE_TURN, ALIKE_TURN = float(np.deg2rad(3)), float(np.deg2rad(4))
-"""SD of the turn that a single heading tells; by how much motions that are refined differ; radians."""
+"""SD of the turn that follows from a single heading; by how much motions that are refined differ; radians."""
 
 MOST_TURNS = 12
 """Headings that are tried of a thing that looks alike after a small turn."""
@@ -213,7 +213,7 @@ def _looks(scene: Scene, snapshot: Snapshot) -> FloatArray:
 
 
 def _apart(position: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Pairs (P, 2) of things that tell a turn, and how far apart they are (P,)."""
+    """Pairs (P, 2) of things that determine a turn, and how far apart they are (P,)."""
     n = len(position)
     if n <= 200:
         pairs = np.column_stack(np.triu_indices(n, 1))

@@ -1,4 +1,4 @@
-"""The best assignment of rows to columns, and what each part of it is worth: compiled."""
+"""The best assignment of rows to columns, and the margin of each row: compiled."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def assign_in(cost: FloatArray, space: Workspace) -> None:
 def assign_most(cost: FloatArray, column_of: IntArray, row_dual: FloatArray, column_dual: FloatArray) -> None:
     """`assign` for any n and m, and costs that need not be finite: as many rows as possible get a column.
 
-    Where not all can, each row is offered n columns more, at a cost that no assignment is worth.
+    Where not all can, each row is offered n columns more, at a cost above that of any assignment.
 
     Args:
         cost: (n, m) costs; what is not finite cannot be assigned.

@@ -70,7 +70,7 @@ def solve_mip(cost: FloatArray) -> IntArray:
     """The paper's binary programme as written, by OR-Tools' SCIP.
 
     Where not every row can have a column, Eq. 8 has no solution; each row then may stay empty, at a cost
-    that no assignment is worth.
+    above that of any assignment.
 
     Raises:
         MissingPackageError: OR-Tools is not installed, or comes without SCIP.
@@ -112,7 +112,7 @@ SOLVERS: dict[str, Solver] = {"lsap": solve_lsap, "mip": solve_mip}
 
 
 def _prohibitive(allowed_costs: FloatArray, most_assigned: int) -> float:
-    """A cost so high that one more assignment is always worth it, whatever the others then cost."""
+    """A cost so high that one more assignment always lowers the total, whatever the others then cost."""
     if not allowed_costs.size:
         return 1.0
     spread = float(allowed_costs.max() - allowed_costs.min())
@@ -157,7 +157,7 @@ def k_best(cost: FloatArray, k: int) -> list[Assignment]:
     allowed = cost[np.isfinite(cost)]
     spread = float(np.ptp(allowed)) if allowed.size else 0.0
     prohibitive = (n + 1) * (spread + 1.0) + (float(np.abs(allowed).max()) if allowed.size else 0.0)
-    # A row that gets no column gets one of its own, at a cost that no other assignment is worth.
+    # A row that gets no column gets one of its own, at a cost above that of any other assignment.
     own = np.where(np.eye(n, dtype=bool), prohibitive, np.inf)
     whole = np.hstack([np.where(np.isfinite(cost), cost, np.inf), own])
     count = 0

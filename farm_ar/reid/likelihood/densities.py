@@ -156,7 +156,7 @@ def side_error(table: FloatArray, code: IntArray, known_code: IntArray, gap: Flo
     """The error that the logarithms of the sides seem to have; 0 where nothing is known of it.
 
     Among M look-alikes measured inexactly one is nearer in size than the right one. The least of M squares is
-    compared with what it is in the middle for an error of 1; the median over the detections tells the error.
+    compared with what it is in the middle for an error of 1; the median over the detections gives the error.
 
     Args:
         table: (C + 1, C) probability of each detected category for each true one.

@@ -115,7 +115,7 @@ def falling(value: FloatArray, order: IntArray) -> None:
 
 @_compile
 def models_that_count(known: Known, eyes: Eyes, found: Found, b: int, ways: Ways) -> None:
-    """Weigh the labels of snapshot b under every model, and find the marginals under those that may count.
+    """Evidence of every model for snapshot b, and the marginals under those that may count.
 
     A model's evidence is at most the product of its rows' sums, which is quickly had: models are tried in
     falling order of that bound, until it falls short of the best evidence found by `CUT`.

@@ -39,7 +39,7 @@ _AREA = 0.5
 """Area over which what has no label may be, by the square of the scene's length: a paper's camera's view."""
 
 _HEIGHT_SD = 0.1
-"""Share of the objects' heights by which these tell apart look-alikes that stand above one another."""
+"""Share of the objects' heights by which these distinguish look-alikes that stand above one another."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""How things move: motion models, what is believed of noise that was not told, and densities of poses.
+"""How things move: motion models, the prior of an unknown noise level, and densities of poses.
 
 A motion model is a mixture of components, each Gaussian in x, z and heading. One component is the paper's
 noise; two, a narrow and a wide one, say that most things stay and few move far, and have heavy tails.

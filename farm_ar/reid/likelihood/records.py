@@ -71,7 +71,7 @@ class Detecting(NamedTuple):
         log_side_sd: of the logarithms of the sides.
         category: (C + 1, C) probability of a detected category, the last row that of none, for each true one.
         gone_rate: probability that a label's object is gone.
-        height_sd: by which heights tell labels apart, metres; infinite where they do not.
+        height_sd: by which heights distinguish labels, metres; infinite where they do not.
     """
 
     position_sd: float

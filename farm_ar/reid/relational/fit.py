@@ -116,7 +116,7 @@ def _climb(
         fit: what is fitted to what.
         motion: (3,) changed.
         outcome: filled.
-        place: weighs the labels for a motion.
+        place: the labels' weights for a motion.
     """
     prior = fit.group.shift_precision, fit.group.turn_concentration
     fit.work.use[:] = limits.use

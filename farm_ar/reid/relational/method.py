@@ -30,8 +30,8 @@ class RelationalReid(LikelihoodReid):
     detections are given has drifted, by a small rigid motion; labels near one another moved as one, rigidly,
     each with a probability that falls with its distance from the group's middle. Groups are looked for in
     the likeliest frame, from every pair, and every two pairs, of label and detection. Each motion is fitted
-    together with the assignment, by expectation and maximisation, and weighs what its evidence, integrated
-    over the motions like it, says. Probabilities are averaged over all explanations.
+    together with the assignment, by expectation and maximisation, and weighted by its evidence, integrated
+    over the motions like it. Probabilities are averaged over all explanations.
 
     Args:
         scene: the reference layout and its room.

@@ -57,14 +57,14 @@ def tell(story: Story, layout: int, method: str, least: float) -> Row:
 def show_stories(
     out: Path, layouts: int, seed: int, report: Report, methods: Sequence[str] = METHODS
 ) -> Shown:
-    """Tell the story in many layouts by every method, and sum up."""
+    """Play the story in many layouts with every method, and sum up."""
     asked = [(method, 0.0) for method in methods]
     asked += [(method, LEAST) for method in methods if method in ("likelihood", "adaptive")]
     trials: list[Row] = []
     for i in range(layouts):
         story = story_of(seed, i)
         trials += [tell(story, i, *one) for one in asked]
-        report("Telling stories", (i + 1) / layouts)
+        report("Playing the stories", (i + 1) / layouts)
     names = list(dict.fromkeys(trial["method"] for trial in trials))
     rows = {name: [trial for trial in trials if trial["method"] == name] for name in names}
     shown = Shown(f"Two characters on chairs 1 and 2 after {layouts} rearrangements of the lab")
