@@ -81,8 +81,8 @@ def compiled(
 def content_key(source: Path) -> str | None:
     """A key of the content of a file and of all files of this package that it imports, also through others.
 
-    `None` where one of them cannot be read, or has changed since this process started: then nobody can say
-    which content it is that was loaded.
+    `None` where one of them cannot be read, or has changed since this process started: then it is unknown
+    which content was loaded.
     """
     files = _closure(source)
     if files is None:

@@ -1,4 +1,4 @@
-"""What a perturbation has to keep to: inside the room, nobody in another's footprint, compiled."""
+"""What a perturbation has to keep to: inside the room, no object in another's footprint, compiled."""
 
 from __future__ import annotations
 

@@ -160,7 +160,7 @@ class Found(NamedTuple):
 
 
 class Features:
-    """What there is to say of a scene's table, kept until something changes.
+    """Features of a scene's table, kept until something changes.
 
     Args:
         scene: the room.
@@ -254,7 +254,7 @@ def read_table(
     found: Found,
     numbers: Float32Array,
 ) -> tuple[float, float, float]:
-    """Fill in what there is to say of the table.
+    """Fill in the features of the table.
 
     Args:
         places: (M, 3 or more) where objects are: x, z, pymunk's angle.

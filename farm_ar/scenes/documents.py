@@ -11,7 +11,7 @@ from farm_ar.errors import InputError
 from farm_ar.scenes.kinds import NEEDED, Kind, MismatchError
 
 NOTES = ("$schema", "description")
-"""Fields that the top of any file may have, which nobody reads."""
+"""Fields that the top of any file may have, and that are ignored."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The paper's noise models: how a layout gets untidy (section 4.1.1)."""
+"""The paper's noise models: random shifts and turns of a layout (section 4.1.1)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The least distance of a single mover that is to be taken for a label that nobody else holds, compiled."""
+"""The least distance after which one object is taken for a label that no other object holds, compiled."""
 
 from __future__ import annotations
 

@@ -58,7 +58,7 @@ class Terms(NamedTuple):
         depth: of the table, metres.
         reach_m: farthest that an action carries along x and along z, metres.
         reach_rad: farthest that it turns, radians.
-        levels: how many levels lie between the two ends of either reach; 0 where anything between can be had.
+        levels: how many levels lie between the two ends of either reach; 0 where all values are possible.
     """
 
     metre: float

@@ -1,4 +1,4 @@
-"""Checkpoints of a run as plain data: numbers and JSON, whose loading runs nobody's code.
+"""Checkpoints of a run as plain data: numbers and JSON, whose loading runs no code.
 
 `model.zip` is what Stable-Baselines3 saves. Of it only the tensors are read, with torch's `weights_only`; the
 learner itself is made anew from the run's hyperparameters. Older folders hold pickles beside it

@@ -22,11 +22,11 @@ TOLERANCE = 0.005
 
 
 class Demonstration(NamedTuple):
-    """What a planner would do on B tables.
+    """The choices of a planner on B tables.
 
     Args:
-        actions: (B, K, D) those that it would think of, the last to leave.
-        worth: (B, K) 1 for the best of them, the less the less the best plan with it gains.
+        actions: (B, K, D) those that it considers, the last to end the turn.
+        worth: (B, K) value of each: 1 for the best, less for one whose best plan gains less.
     """
 
     actions: IntArray
@@ -34,12 +34,12 @@ class Demonstration(NamedTuple):
 
 
 def demonstration(actions: IntArray, gain: FloatArray, leave: int) -> Demonstration:
-    """What is shown of a planner's best steps: each action once, and to leave, which gains nothing.
+    """The demonstration of a planner's best steps: each action once, and the end of the turn, which gains 0.
 
     Args:
         actions: (B, C, D) what the steps mean, the best first.
-        gain: (B, C) what can be had with each; minus infinity for those that fill up the row.
-        leave: the first number of the action that leaves.
+        gain: (B, C) the gain of each; minus infinity for those that fill up the row.
+        leave: the first number of the action that ends the turn.
     """
     count, _, parts = actions.shape
     leaves = np.zeros(parts, dtype=np.int64)
@@ -55,10 +55,10 @@ def demonstration(actions: IntArray, gain: FloatArray, leave: int) -> Demonstrat
 
 
 class Demonstrations:
-    """What was seen, and what the planner would have done: the more of it, the longer the learner was shown.
+    """Observations, and the choices of the planner, of all demonstrations so far.
 
     Every part is an array with one row for each moment: the parts of the observation by their names, "masks",
-    "actions" and "worth" (those that the planner thinks of), and "returns" of what the learner did.
+    "actions" and "worth" (those that the planner considers), and "returns" of what the learner did.
     """
 
     def __init__(self) -> None:

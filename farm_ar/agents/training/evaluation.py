@@ -99,7 +99,7 @@ def score(returns: FloatArray, random: FloatArray, best: FloatArray, rng: np.ran
 
 
 USUAL = ("analytic", "greedy")
-"""The policies that stand beside others where nobody asks for any."""
+"""The policies that are compared with by default."""
 
 TRIES, EPISODES_OF_A_TRY = 40, 10
 """How many constant policies are tried, and in how many episodes each."""

@@ -33,15 +33,15 @@ LEAST_LED = 0.5
 class ImitatingPPO(MaskablePPO):
     """MaskablePPO that first learns the choices of a planner at its side, in a `DemonstratedEnv`.
 
-    At first the planner acts, by and by the learner itself in up to half of the steps, so that it is
-    shown what to do in states that its own choices lead to; all demonstrations are kept (Ross, Gordon and
+    At first the planner acts, later the learner itself in up to half of the steps, so that it gets
+    demonstrations in states that its own choices lead to; all demonstrations are kept (Ross, Gordon and
     Bagnell 2011, "A reduction of imitation learning and structured prediction to no-regret online learning").
     One step of the best plan is as good as another, if it can come first. The policy must be an
     `ObjectPolicy`.
 
     Args:
-        imitate: "steps" until it is left to itself, the "beam" of the planner, how many "batches" it learns
-            after every rollout, and the "learning_rate" meanwhile, which falls as the steps do that are left.
+        imitate: "steps" of imitation, the "beam" of the planner, how many "batches" it learns
+            after every rollout, and the "learning_rate", which falls in proportion to the steps left.
         arguments: of `MaskablePPO`.
     """
 

@@ -109,7 +109,7 @@ class RunFolder:
 
     @contextmanager
     def locked(self) -> Iterator[None]:
-        """Keeps other processes from training in the folder meanwhile; a kill gives it free.
+        """Keeps other processes from training in the folder; a kill frees it.
 
         Raises:
             OptionError: another process trains in it, or its lock cannot be used.

@@ -58,7 +58,7 @@ class MoveAction(Action):
     Attributes:
         reach_m: the farthest that it carries along x and along z, metres on the farm's table.
         reach_rad: the farthest that it turns, radians.
-        levels: how many levels lie between the two ends of either reach; 0 where anything between can be had.
+        levels: how many levels lie between the two ends of either reach; 0 where all values are possible.
     """
 
     reach_m: ClassVar[float] = np.inf

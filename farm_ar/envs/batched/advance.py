@@ -39,7 +39,7 @@ _EYE, _LIMITS, _STREAM = struct_dtype(Eye), struct_dtype(Limits), struct_dtype(S
 
 @compiled(inline="always")
 def read(b: int, batch: Batch, scenery: Scenery, numbers: Float32Array, space: Workspace) -> None:
-    """Fill in what there is to say of a table, (L,), as `Features.read` does."""
+    """Fill in the features of a table, (L,), as `Features.read` does."""
     table = batch.tables[b]
     table.least_margin, table.ambiguity, table.expected_wrong = read_table_in(
         batch.places[b],

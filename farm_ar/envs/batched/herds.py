@@ -110,7 +110,7 @@ def run_from_start(
 ) -> bool:
     """The same before an episode began, when all stood, and was believed, where it was at its start.
 
-    Where animals are lazy, only those are sent out that may stray: the others come and go at once.
+    Where animals are lazy, only those are sent out that may go astray: the others come and go at once.
     """
     if table.known == -1:
         work.position[:] = herds.start[b]
@@ -138,7 +138,7 @@ def look_ahead_of_few(
     herds: Herds,
     work: Work,
 ) -> None:
-    """Have those know where they arrive whose labels, by `work.stray`, may lead them astray.
+    """Find where those arrive whose labels, by `work.stray`, may lead them astray.
 
     Args:
         b: the environment.
@@ -168,7 +168,7 @@ def look_ahead_of_few(
 
 @compiled
 def play_few(b: int, batch: Batch, choices: Choices, scenery: Scenery, herds: Herds, work: Work) -> None:
-    """After the only visit: have the few animals know where they arrive that may stray, and play on."""
+    """After the only visit: find where the few animals arrive that may go astray, and play on."""
     herd, table = herd_of(b, herds), batch.tables[b]
     read_poses(b, batch, choices, work)
     changed_since_start(b, batch, herds, work.changed)

@@ -1,4 +1,4 @@
-"""Identities where nothing is known of how untidy a place is: the method `adaptive`."""
+"""Identities where it is unknown how far objects move: the method `adaptive`."""
 
 from farm_ar.reid.adaptive.disorder import Disorder
 from farm_ar.reid.adaptive.method import AdaptiveReid

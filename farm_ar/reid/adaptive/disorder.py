@@ -1,4 +1,4 @@
-"""How untidy a place is, learnt from answers that were confirmed."""
+"""How far objects of a place move, learnt from answers that were confirmed."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ FORGOTTEN = 0.9
 """What is left of the evidence of earlier snapshots at each later one."""
 
 BELIEVED = 0.5
-"""How much of the evidence counts: a place is not equally untidy every time."""
+"""How much of the evidence counts: objects do not move equally far every time."""
 
 EARLIER_MOTIONS, LIKE_EARLIER = ((16, 6, 32), (19, 8, 32)), (0, 1, 2, 2, 3, 4, 5, 5)
 """Shapes of what was learnt of motions with families and headings that are still the first ones; and which of

@@ -1,4 +1,4 @@
-"""The hypotheses of `AdaptiveReid` about how untidy a place is, as arrays for its kernels."""
+"""The hypotheses of `AdaptiveReid` about how far objects of a place move, as arrays for its kernels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Identities where nothing is known of how untidy a place is: an average over ways of moving."""
+"""Identities where it is unknown how far objects move: an average over families of motion."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class AdaptiveReid(Reidentifier):
     Args:
         scene: the reference layout.
         options: what is assumed.
-        disorder: what has been learnt of how untidy the place is.
+        disorder: what has been learnt of how far objects of the place move.
 
     Raises:
         SceneError: the scene has no labels, or the disorder was learnt under other options.

@@ -28,7 +28,7 @@ class Limits(NamedTuple):
     """What a fit may take.
 
     Args:
-        use: (K,) the models to think of.
+        use: (K,) the models to consider.
         steps: most steps of maximisation.
         floor: log evidence below which a model does not matter.
         still_m: by how much a shift that is found may still change, metres.

@@ -78,7 +78,7 @@ class Work(NamedTuple):
     """What one step of fitting a motion needs.
 
     Args:
-        use: (K,) the models to think of.
+        use: (K,) the models to consider.
         weight: (K, N, M) of each label; changed where it is used.
         together: (K, N, G) share of it that is due to moving as one.
         log_unseen: (K,) log probability that no label is seen.

@@ -123,7 +123,7 @@ def hypotheses(setting: Setting, eyes: Eyes, found: Found) -> list[Hypothesis]:
 
 
 def _worth_using(setting: Setting, alone: Outcome) -> BoolArray:
-    """(K,) models to think of if things moved together: those with rates that are believed in.
+    """(K,) models to consider if things moved together: those with probable rates.
 
     Rates say nothing of how things moved, so that those which one hypothesis makes improbable are left out.
     """

@@ -1,4 +1,4 @@
-"""A session as a re-identifier: for play, where nobody says what is right, and every answer is believed."""
+"""A session as a re-identifier: for the game, where no answer is corrected, and every one is believed."""
 
 from __future__ import annotations
 

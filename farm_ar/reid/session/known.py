@@ -53,7 +53,7 @@ LABEL = OrNull(Text(), "a label")
 LEARNT = OrNull(
     Unread(
         Object({"snapshots": Whole(0, 10**9)}, open=True),
-        about="How untidy the place is, as the method has learnt it.",
+        about="How far objects of the place move, as the method has learnt it.",
     ),
     "what was learnt",
     default=None,

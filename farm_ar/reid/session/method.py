@@ -169,7 +169,7 @@ class Session:
     def confirm(
         self, labels: Identification | Sequence[str | None] | None = None, force: bool = False
     ) -> tuple[str, ...]:
-        """Take the labels of the last snapshot for known, and learn from them how untidy the place is.
+        """Take the labels of the last snapshot as known, and learn from them how far objects move.
 
         Confirm one snapshot of each arrangement: each counts. Confirming the same again does nothing.
 
@@ -178,8 +178,8 @@ class Session:
             force: whether a label may go to a detection of another category than its object's.
 
         Returns:
-            The ids of the detections whose labels were an answer that was more probably wrong than right,
-            and nobody's correction. `undo`, and correct them, if they are not known to be right.
+            The ids of the detections whose labels were not corrected and had a probability below 0.5: `undo`,
+            and correct them, unless they are known to be right.
 
         Raises:
             SessionError: there is no snapshot, other labels of it have been confirmed, or a label cannot be
@@ -322,7 +322,7 @@ class Session:
             return made
 
     def _learnt(self, snapshot: Snapshot, labels: Sequence[str | None]) -> Disorder | None:
-        """How untidy the place is, after one more snapshot whose labels are known."""
+        """How far objects move, after one more snapshot whose labels are known."""
         if not len(self.scene.layout) or not isinstance(self._reid, AdaptiveReid):
             return None
         snapshot, aside = usable(self.scene, snapshot)

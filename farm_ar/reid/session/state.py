@@ -72,7 +72,7 @@ class Confirmed:
 
     Args:
         labels: of each detection; None for what is to have none.
-        learnt: how untidy the place is, after this snapshot; None where nothing was learnt.
+        learnt: how far objects move, after this snapshot; None where nothing was learnt.
     """
 
     labels: tuple[str | None, ...]
@@ -118,7 +118,7 @@ class State(Record):
         viewed: labels whose places were in view in confirmed snapshots since then.
         confirmed: whether there was any such snapshot.
         lost: labels whose objects were not where they had been, and have not been found.
-        learnt: how untidy the place is; None where nothing was learnt.
+        learnt: how far objects move; None where nothing was learnt.
     """
 
     scene: Scene
