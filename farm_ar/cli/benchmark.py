@@ -1,4 +1,4 @@
-"""`farm-ar benchmark` and `convert`: methods on the same snapshots for everybody, and on tracks."""
+"""`farm-ar benchmark` and `convert`: methods on frozen snapshots, and on tracks."""
 
 from __future__ import annotations
 
@@ -36,22 +36,20 @@ def benchmark(
     rows: Annotated[
         str | None,
         typer.Option(
-            metavar="ROW,...", help="These rows only, authors-* those that begin so; all by default."
+            metavar="ROW,...", help="Only these rows, or those that begin so: authors-*; all by default."
         ),
     ] = None,
     data: Annotated[
         Path | None,
-        typer.Option(
-            metavar="DIR", help="Snapshots as farm-ar convert writes them, in place of benchmark-1."
-        ),
+        typer.Option(metavar="DIR", help="Snapshots written by farm-ar convert, instead of benchmark-1."),
     ] = None,
     export: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Write the snapshots as files, without the truth, and end."),
+        typer.Option(metavar="DIR", help="Only write the snapshots as files, without the truth."),
     ] = None,
     scored: Annotated[
         list[Path] | None,
-        typer.Option("--score", metavar="FILE", help="Score a JSON file of labels too, or alone."),
+        typer.Option("--score", metavar="FILE", help="Score a JSON file of labels, too."),
     ] = None,
     out: Results = Path("out/benchmark"),
     workers: Workers = 1,
@@ -70,8 +68,8 @@ def benchmark(
 ) -> None:
     """Measure methods on benchmark-1: snapshots of the paper's scenes and of simulated worlds.
 
-    Accuracy, calibration, selective accuracy, breaking effort and time, beside the simple assignments. It
-    takes ten minutes for one method. After an interruption the same command continues where it stopped.
+    Reports accuracy, calibration, selective accuracy, minimum perturbation and time, beside the simple
+    assignments, in ten minutes per method. After an interruption the same command continues where it stopped.
     """
     from rich.console import Console
 
@@ -134,21 +132,23 @@ def convert(
     ],
     gap: Annotated[
         float,
-        typer.Option(metavar="N", parser=number(1e-6, 1e9), help="Frames between the two looks of a pair."),
+        typer.Option(
+            metavar="N", parser=number(1e-6, 1e9), help="Frames between scene and snapshot of a pair."
+        ),
     ],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Where the snapshots go, with their truth.")],
-    form: Annotated[str, typer.Option(metavar="FORM", help="mot or table.")] = "table",
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the snapshots, with their truth.")],
+    form: Annotated[str, typer.Option(metavar="FORM", help="Format: mot or table.")] = "table",
     columns: Annotated[
         str | None,
         typer.Option(
             metavar="WHAT=COLUMN,...",
-            help="Which columns are frame, id, x, z, heading and category: names, or numbers from 1.",
+            help="Columns of frame, id, x, z, heading and category: names, or numbers from 1.",
         ),
     ] = None,
     heading: Annotated[
         str,
         typer.Option(
-            metavar="FROM", help="given: the column heading, if there is one; motion: from the frame before."
+            metavar="FROM", help="given: from the column heading, if any; motion: from the frame before."
         ),
     ] = "given",
     every: Annotated[
@@ -160,10 +160,10 @@ def convert(
         ),
     ] = None,
     most: Annotated[
-        int, typer.Option(metavar="N", parser=whole(1), help="Pairs of each file, at the most.")
+        int, typer.Option(metavar="N", parser=whole(1), help="Largest number of pairs per file.")
     ] = 1000,
 ) -> None:
-    """Make snapshots of tracks: who is seen in one frame is known, who is seen N frames later is to be named.
+    """Make snapshots from tracks: the objects of one frame are known, those N frames later to be identified.
 
     farm-ar benchmark --data DIR measures methods on them.
     """

@@ -1,4 +1,4 @@
-"""`farm-ar compile`: the machine code of all kernels, made ahead."""
+"""`farm-ar compile`: compiles all kernels in advance."""
 
 from __future__ import annotations
 
@@ -31,17 +31,18 @@ FarmToTable-v0:
 
 def compile_kernels(
     parts: Annotated[
-        list[str] | None, typer.Argument(metavar="[PART]...", help="What for, as in spatial; all by default.")
+        list[str] | None,
+        typer.Argument(metavar="[PART]...", help="Kernels of a part, such as spatial; all by default."),
     ] = None,
     workers: Annotated[
         int | None,
         typer.Option(metavar="N", parser=whole(1, 1000), help="Processes; one per core by default."),
     ] = None,
 ) -> None:
-    """Compile the kernels ahead, so that nothing waits for it later.
+    """Compile the kernels in advance, so that no later command waits for it.
 
-    Once after an installation; without it, each is compiled when it is first called. What has been compiled
-    already is not compiled again.
+    Run it once after an installation; otherwise each kernel is compiled when it is first called. Compiled
+    kernels are not compiled again.
     """
     import multiprocessing
     import os

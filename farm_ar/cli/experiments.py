@@ -33,11 +33,14 @@ EXPERIMENTS = (
 
 def reproduce(
     what: Annotated[
-        str, typer.Argument(metavar="WHAT", help=f"One of {', '.join(EXPERIMENTS)}. Or any table or figure.")
+        str,
+        typer.Argument(
+            metavar="WHAT", help=f"One of {', '.join(EXPERIMENTS)}. Or any table or figure of the paper."
+        ),
     ] = "all",
     scenes: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Use its L1.json to H2.json in place of our own scenes."),
+        typer.Option(metavar="DIR", help="Use its L1.json to H2.json instead of the built-in scenes."),
     ] = None,
     out: Results = Path("out"),
     layouts: Annotated[
@@ -62,15 +65,16 @@ def reproduce(
     reid: Annotated[
         str | None,
         typer.Option(
-            metavar="MODULE:CLASS", help="Your own re-identifier, beside the others in the last three."
+            metavar="MODULE:CLASS",
+            help="Your own re-identifier, beside the others in headroom, relations and sequences.",
         ),
     ] = None,
 ) -> None:
     """Repeat the paper's experiments.
 
-    Each writes CSV, JSON and a picture; a summary sets our numbers beside the paper's. After an
-    interruption the same command continues where it stopped. Of a figure that another command gives,
-    or that nothing can give, it says so.
+    Each writes CSV, JSON and a picture; a summary compares the numbers with the paper's. After an
+    interruption the same command continues where it stopped. For a figure that another command shows, or
+    that cannot be reproduced, a line says so.
     """
     from farm_ar.cli.options import make_folder
     from farm_ar.cli.output import console, print_line
@@ -122,18 +126,16 @@ def status(
 def export(
     store: StoreFile,
     sweep: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Which sweep; not needed where there is but one.")
+        str | None, typer.Option(metavar="NAME", help="Name of the sweep; optional if there is only one.")
     ] = None,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="The CSV file; the standard output by default.")
     ] = None,
-    times: Annotated[
-        bool, typer.Option("--times", help="Measured times, which no run repeats, in place of results.")
-    ] = False,
+    times: Annotated[bool, typer.Option("--times", help="Measured times instead of results.")] = False,
 ) -> None:
     """Write the rows of a sweep as CSV, in the order of its units.
 
-    What is not finished is left out; "status" says what that is.
+    Unfinished units are left out; "status" lists them.
     """
     from farm_ar.cli.options import writing
     from farm_ar.cli.output import print_line

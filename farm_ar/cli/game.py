@@ -27,13 +27,14 @@ def demo(
     gif: Annotated[bool, typer.Option("--gif/--no-gif", help="Whether to make GIFs too.")] = True,
     reid: Annotated[str, typer.Option(metavar="NAME", help=REID_HELP)] = "spatial",
     perception: Annotated[
-        str, typer.Option(metavar="NAME", help="oracle (true poses), or pixels (poses from a picture).")
+        str,
+        typer.Option(metavar="NAME", help="oracle (true poses), or pixels (poses estimated from an image)."),
     ] = "oracle",
 ) -> None:
     """Play scripts of the Farm-to-Table game and film them.
 
-    By default the two gameplay demonstrations of the paper. Each becomes a video, a GIF, key frames and two
-    tables: the identification of each snapshot, and the counters.
+    By default these are the two gameplay demonstrations of the paper. Each becomes a video, a GIF, key frames
+    and two tables: the identification of each snapshot, and the counters.
     """
     from functools import partial
 
@@ -92,7 +93,10 @@ def play(
         Path | None, typer.Option(metavar="FILE", help="Save the moves as a script for `farm-ar demo`.")
     ] = None,
     terminal: Annotated[
-        bool, typer.Option("--terminal", help="Type the moves, in place of the page; --gaze, --out, --save.")
+        bool,
+        typer.Option(
+            "--terminal", help="Type the moves instead of using the page; with --gaze, --out, --save."
+        ),
     ] = False,
     port: Annotated[
         int | None,
@@ -111,7 +115,7 @@ def play(
         typer.Option(metavar="DIR", help="A stress test's folder, whose failures the page shows."),
     ] = None,
 ) -> None:
-    """Play the Farm-to-Table game: move buildings while the headset cannot look, and see what it believes.
+    """Play the Farm-to-Table game: move buildings while the headset waits, and see what it believes.
 
     Opens a page on which you drag the buildings. Where there is no display, or its packages are not
     installed, or with --terminal, you type the hand's moves, visit by visit; after each visit the game prints
@@ -283,7 +287,7 @@ def play_script(
 ) -> None:
     """Play a script of the Farm-to-Table game without filming it.
 
-    Prints what `farm-ar demo` does: what every snapshot said, and the counters.
+    Prints the same tables as `farm-ar demo`: the identification of every snapshot, and the counters.
     """
     from farm_ar.cli.output import print_json
     from farm_ar.reid import load_reid
@@ -319,7 +323,7 @@ def replay(
 ) -> None:
     """Replay a trace of an environment, and compare the states.
 
-    The exit code is 0 where the episode is bit-exact, 1 where it differs.
+    The exit code is 0 if the episode is bit-exact, 1 if it differs.
     """
     from gymnasium.error import InvalidAction, ResetNeeded
 

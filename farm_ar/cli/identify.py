@@ -27,7 +27,7 @@ SnapshotFile = Annotated[
     Path | None,
     typer.Option(
         metavar="FILE|-",
-        help="The snapshot: .json, or .csv with --camera; - reads standard input, one or many as JSON.",
+        help="The snapshot: .json, or .csv with --camera; - reads one or many as JSON from standard input.",
     ),
 ]
 Room = Annotated[
@@ -48,25 +48,27 @@ ImageFile = Annotated[
 ]
 Meshes = Annotated[
     Path | None,
-    typer.Option(metavar="FOLDER", help="With --image: a mesh for each category, named after it."),
+    typer.Option(
+        metavar="FOLDER", help="With --image: folder with a mesh for each category, named after it."
+    ),
 ]
 Estimator = Annotated[
     str,
-    typer.Option(metavar="NAME", help="With --image, finds poses: network, or module:Class of your own."),
+    typer.Option(metavar="NAME", help="With --image, estimates poses: network, or module:Class of your own."),
 ]
 Frame = Annotated[
     str,
     typer.Option(
         metavar="FRAME",
-        help="The snapshot's: map, the scene's own, or unknown, to be found by what stands where.",
+        help="The snapshot's frame: map (the scene's), or unknown: estimated from objects that did not move.",
     ),
 ]
 Anchor = Annotated[
     str | None,
     typer.Option(
         metavar="POSE=POSE",
-        help="One pose known in both frames, by which the snapshot's is found: X,Z,YAW_DEG as the snapshot's "
-        "file gives it, and as the scene's file does.",
+        help="One pose known in both frames, which aligns them: X,Z,YAW_DEG as in the snapshot's file, and "
+        "as in the scene's.",
     ),
 ]
 Reid = Annotated[
@@ -81,28 +83,32 @@ Threshold = Annotated[
     typer.Option(
         metavar="T",
         parser=number(),
-        help="Sites to consider: 0 for the camera's own only, to 1, the default, for all. (*)",
+        help="Sites to consider, from 0 (the camera's own only) to 1 (all, the default). (*)",
     ),
 ]
 CostWeights = Annotated[
     str | None,
-    typer.Option(metavar="WT,WR", help="Of translation and rotation; the scene's own by default. (*)"),
+    typer.Option(
+        metavar="WT,WR", help="Weights of translation and rotation; the scene's own by default. (*)"
+    ),
 ]
 Gate = Annotated[
     bool | None,
     typer.Option(
         "--gate/--no-gate",
-        help="Whether labels keep to detections of their category, as by default. "
+        help="Whether labels go only to detections of their category; yes by default. "
         "(*, distance, squared-distance, nearest)",
     ),
 ]
-Solver = Annotated[str | None, typer.Option(metavar="NAME", help="lsap, the default, or mip. (*)")]
+Solver = Annotated[
+    str | None, typer.Option(metavar="NAME", help="Assignment by lsap, the default, or mip. (*)")
+]
 MinConfidence = Annotated[
     float | None,
     typer.Option(
         metavar="P",
         parser=number(),
-        help="Give no label that is less probable; 0 by default. adaptive and likelihood only.",
+        help="Give no label with a lower probability; 0 by default. adaptive and likelihood only.",
     ),
 ]
 Confusion = Annotated[
@@ -110,7 +116,7 @@ Confusion = Annotated[
     typer.Option(
         metavar="P",
         parser=number(),
-        help="How often a category is wrong; 0, the default, keeps it. adaptive and likelihood only.",
+        help="Probability of a wrong category; 0, the default, keeps it. adaptive and likelihood only.",
     ),
 ]
 Explain = Annotated[
@@ -141,14 +147,14 @@ def identify(
 ) -> None:
     """Identify the detections of a snapshot, or what an image shows.
 
-    Warnings, on the error stream and in the JSON, say what cannot be right.
+    Warnings, on the error stream and in the JSON, name implausible values.
     Poses are printed in the snapshot's own frame, units and origin.
 
     A CSV table has the columns id, category, x, z, yaw_deg, w, h, d, in metres and degrees.
-    Snapshots on standard input are answered one by one, with --json in a line each; a bad one is answered by
-    an error, and the exit code is 2 at the end.
-    Options marked (*) belong to the method spatial, which is used where no other is named with them, and for
-    very many objects.
+    Snapshots on standard input are answered one by one, with --json in a line each; an invalid one is
+    answered by an error, and the exit code is 2 at the end.
+    Options marked (*) belong to the method spatial, which is the default together with them, and for very
+    many objects.
     """
     from farm_ar.cli.inputs import Choices, make_method, read_scene, refuse
     from farm_ar.errors import OptionError

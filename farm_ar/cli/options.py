@@ -21,7 +21,7 @@ DEFAULT_REID = "adaptive"
 """The method of `farm-ar identify`: the one that is right most often on the benchmark."""
 
 REID_HELP = (
-    "spatial (the paper's), spatial-unity (as its program is), spatial-3d (in space), spatial-ungated, "
+    "spatial (the paper's), spatial-unity (its authors' program), spatial-3d (in space), spatial-ungated, "
     "spatial-scale-free, likelihood, relational, adaptive, nearest, distance, squared-distance, last-known, "
     "or module:Class of your own, called with the scene."
 )
@@ -62,13 +62,13 @@ Seed = Annotated[
 
 
 Trust = Annotated[
-    bool, typer.Option("--trust", help="Run code that the folder names or holds (modules, pickles).")
+    bool, typer.Option("--trust", help="Allow the folder to run code: modules that it names, pickles.")
 ]
 
-Which = Annotated[str, typer.Option(metavar="NAME", help="best (by the evaluations) or last.")]
+Which = Annotated[str, typer.Option(metavar="NAME", help="Which model: best (by the evaluations) or last.")]
 
 EnvironmentArguments = Annotated[
-    list[str] | None, typer.Option(metavar="NAME=VALUE", help="Another argument of the environment.")
+    list[str] | None, typer.Option(metavar="NAME=VALUE", help="An argument of the environment.")
 ]
 
 
@@ -78,24 +78,28 @@ Plot = Annotated[Path | None, typer.Option(metavar="FILE", help="Draw the answer
 
 Results = Annotated[Path, typer.Option(metavar="DIR", help="Where the results go.")]
 
-Fresh = Annotated[bool, typer.Option("--fresh", help="Start over; do not use the finished work in DIR.")]
+Fresh = Annotated[bool, typer.Option("--fresh", help="Start over; ignore finished work in DIR.")]
 
 Workers = Annotated[
     int,
-    typer.Option(metavar="N", parser=whole(1, 1000), help="Processes; the results do not depend on it."),
+    typer.Option(
+        metavar="N", parser=whole(1, 1000), help="Number of processes; the results do not depend on it."
+    ),
 ]
 
 Where = Annotated[
     str | None,
     typer.Option(
-        "--executor", metavar="NAME", help="serial, process, or ray: a cluster; by --workers if left out."
+        "--executor",
+        metavar="NAME",
+        help="serial, process, or ray (a cluster); follows from --workers by default.",
     ),
 ]
 
 Address = Annotated[
     str,
     typer.Option(
-        metavar="HOST:PORT", help="Of the cluster's head, with --executor ray; by default this machine's own."
+        metavar="HOST:PORT", help="Address of the Ray head, with --executor ray; by default on this machine."
     ),
 ]
 OWN_CLUSTER = "auto"

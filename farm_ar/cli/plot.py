@@ -14,15 +14,15 @@ def plot(
         "out/curves.svg"
     ),
     training: Annotated[
-        bool, typer.Option("--training", help="Returns during training, in place of the evaluations.")
+        bool, typer.Option("--training", help="Returns during training instead of the evaluations.")
     ] = False,
     title: Annotated[
-        str | None, typer.Option(metavar="TEXT", help="By default the environment's id.")
+        str | None, typer.Option(metavar="TEXT", help="Title; by default the environment's id.")
     ] = None,
 ) -> None:
-    """Draw learning curves over seeds, with what known policies have as lines.
+    """Draw learning curves over seeds, with the returns of reference policies as lines.
 
-    Runs that differ in the seed only are one curve: their mean, each faintly, and the range between them.
+    Runs that differ in the seed only are one curve: their mean, the single runs faintly, and the range.
     """
     from farm_ar.agents.packages import need_training
     from farm_ar.cli.options import make_folder, writing
@@ -41,7 +41,7 @@ def plot(
     with writing("--out", out):
         save(figure, out)
     if not references:
-        print_line("No lines of known policies: their returns are of an id with its own arguments")
+        print_line("No lines of reference policies: their returns hold for an id with its own arguments only")
     for curve in curves:
         last = curve.returns[:, -1]
         print_line(f"{curve.name}: {last.mean():z.2f} after {curve.steps[-1]:.0f} steps, {len(last)} seeds")

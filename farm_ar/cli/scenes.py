@@ -1,4 +1,4 @@
-"""`farm-ar scenes`: what is built in, what a scene looks like, and whether a file is one."""
+"""`farm-ar scenes`: lists built-in scenes, draws scenes, checks and imports files."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def show(
         typer.Option(metavar="FILE", help="The picture, .svg or .png; NAME.svg in this folder by default."),
     ] = None,
     camera: Annotated[
-        str | None, typer.Option(metavar="X,Z,YAW_DEG", help="Draw what a camera at this pose has in view.")
+        str | None, typer.Option(metavar="X,Z,YAW_DEG", help="Draw the view of a camera at this pose.")
     ] = None,
     room: Room = None,
     as_json: Annotated[
@@ -49,7 +49,7 @@ def show(
     ] = False,
     snapshot: Annotated[
         bool,
-        typer.Option("--snapshot", help="Instead of drawing, print what --camera sees as a snapshot file."),
+        typer.Option("--snapshot", help="Instead of drawing, print a snapshot file of what --camera sees."),
     ] = False,
 ) -> None:
     """Draw a scene from above.
@@ -119,7 +119,7 @@ def import_unity(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Sizes of what has no box collider: CSV with name (guid or category), w, h, d.",
+            help="Sizes of objects without a box collider: CSV with name (guid or category), w, h, d.",
         ),
     ] = None,
     objects: Annotated[
@@ -127,11 +127,11 @@ def import_unity(
     ] = "OriginalObjects",
     sites: Annotated[str, typer.Option(metavar="NAME", help="Parent of the sites.")] = "Sites",
     templates: Annotated[
-        str, typer.Option(metavar="NAME", help="Parent of an example of each category.")
+        str, typer.Option(metavar="NAME", help="Parent of one example per category.")
     ] = "Templates",
     path: Annotated[str, typer.Option(metavar="NAME", help="Object with the camera's path.")] = "Path",
 ) -> None:
-    """Make a scene file of a Unity scene."""
+    """Convert a Unity scene to a scene file."""
     from farm_ar.cli.inputs import room_size
     from farm_ar.cli.output import print_line
     from farm_ar.cli.reports import describe
@@ -166,7 +166,7 @@ def schema(
 ) -> None:
     """Print the JSON Schema of a kind of file.
 
-    A script is TOML, whose schema is that of its values; failures are those of stress.json.
+    A script is TOML; its schema is that of its values. failures is the kind of stress.json.
     """
     from importlib import import_module
 

@@ -21,20 +21,20 @@ def showcase(
         typer.Option(
             metavar="N",
             parser=whole(1, 100_000),
-            help="Random layouts, visits or views to try; 200, 60 or 100 by default.",
+            help="Number of random layouts, visits or views; 200, 60 or 100 by default.",
         ),
     ] = None,
-    film: Annotated[bool, typer.Option("--film/--no-film", help="Whether films are made.")] = True,
+    film: Annotated[bool, typer.Option("--film/--no-film", help="Whether to make films.")] = True,
     seed: Seed = 0,
 ) -> None:
     """Run one of the showcases: a table by method with 95% intervals, files of the trials, and a film.
 
     delivery: a robot brings something to one of several chairs that look alike and were moved.
     storytelling: virtual characters sit on the same chairs after somebody moved them.
-    live: the game looks while the hand moves things, and does not pause.
-    characters: a gate that lets animals out, stairs without which they move, seen in the picture.
-    shadows: virtual things and their shadows, before and after a building is moved.
-    doubt: wrong poses from pixels that lead to wrong labels, and the confidence in these.
+    live: the game takes snapshots while the hand moves buildings, and does not pause.
+    characters: opening a gate lets animals out, removing stairs makes them move, as seen in the image.
+    shadows: virtual objects and their shadows, before and after a building is moved.
+    doubt: wrong poses from pixels that lead to wrong labels, and the confidence of these.
     """
     from farm_ar.cli.options import make_folder
     from farm_ar.cli.output import print_line, print_table, progress

@@ -1,4 +1,4 @@
-"""`farm-ar stress`, `stress-replay` and `design`: how much it takes to fool a re-identifier."""
+"""`farm-ar stress`, `stress-replay` and `design`: the smallest changes that fool a re-identifier."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ MOST_DESIGNED = 500
 
 LEGEND = (
     "D: the paper's distance, summed over the objects moved: metres / the room's diagonal + sin(turn / 2).",
-    "in metres: how far one object goes for that D, without turning.",
-    "certified: no attack succeeds with less (the median of the cases); none: there is no theorem.",
-    "/ certified: what was found by what is certified, case by case (the median); 1 is exact.",
-    "failed: cases broken within the budget, with the exact 95% interval.",
-    "queries/s: snapshots identified a second of the processor, everything included.",
+    "in metres: the shift of one object that has that D, without turning.",
+    "certified: proven that no attack succeeds with less (the median of the cases); none: no such proof.",
+    "/ certified: least D found divided by the certified one, case by case (the median); 1 is tight.",
+    "failed: share of cases with a wrong label within the budget, with the exact 95% interval.",
+    "queries/s: snapshots identified per second of processor time, everything included.",
 )
 """What the columns of the table say."""
 
@@ -47,7 +47,7 @@ def stress(
     reid: Annotated[str, typer.Option(metavar="METHOD", help=REID_HELP)] = "spatial",
     compare: Annotated[
         str | None,
-        typer.Option(metavar="METHOD,...", help="Several methods side by side, in place of --reid."),
+        typer.Option(metavar="METHOD,...", help="Several methods side by side, instead of --reid."),
     ] = None,
     attack: Annotated[
         str,
@@ -70,17 +70,17 @@ def stress(
     trust: Trust = False,
     queries: Annotated[
         int,
-        typer.Option(metavar="N", parser=whole(1), help="Snapshots that an attack may ask about in a case."),
+        typer.Option(metavar="N", parser=whole(1), help="Snapshots that an attack may query per case."),
     ] = 2000,
     cases: Annotated[
-        int, typer.Option(metavar="N", parser=whole(1), help="How many layouts and cameras.")
+        int, typer.Option(metavar="N", parser=whole(1), help="Number of cases, each a layout and a camera.")
     ] = 40,
     budget: Annotated[
         float,
         typer.Option(
             metavar="D",
             parser=number(),
-            help="Distance that a perturbation may take, summed over the objects.",
+            help="Largest distance D of a perturbation, summed over the objects.",
         ),
     ] = 1.0,
     jitter: Annotated[
@@ -100,7 +100,7 @@ def stress(
         ),
     ] = None,
 ) -> None:
-    """Find out how small a change of a scene makes a re-identifier give wrong labels.
+    """Find the smallest changes of a scene that make a re-identifier give wrong labels.
 
     Writes a page to look at, stress.html, the same as stress.json and stress.csv, and prints the numbers.
     After an interruption the same command continues where it stopped.
@@ -188,14 +188,14 @@ def attacks_asked_for(names: str, player: str | None, trust: bool = False) -> tu
 def stress_replay(
     report: Annotated[Path, typer.Argument(metavar="FILE", help="stress.json of a stress test.")],
     failure: Annotated[
-        int, typer.Argument(metavar="N", parser=whole(0), help="Which failure, as the report numbers them.")
+        int, typer.Argument(metavar="N", parser=whole(0), help="Number of the failure in the report.")
     ],
     plot: Plot = None,
     trust: Annotated[
-        bool, typer.Option("--trust", help="Run the module:Class that the file names, of whoever wrote it.")
+        bool, typer.Option("--trust", help="Allow the file to run code: the module:Class that it names.")
     ] = False,
 ) -> None:
-    """Replay a failure of a stress test; exit code 1 if it is not the same to the last bit."""
+    """Replay a failure of a stress test; the exit code is 1 if it differs in any bit."""
     from farm_ar.agents.stress import read_failure, replay_failure
     from farm_ar.agents.stress.failures import names_code
     from farm_ar.cli.options import require_trust
@@ -244,7 +244,7 @@ def design(
         "out/design.svg"
     ),
     save: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write it as a scene, .json, for all other commands.")
+        Path | None, typer.Option(metavar="FILE", help="Write it as a scene file, .json.")
     ] = None,
 ) -> None:
     """Propose a placement in which small displacements of identical objects never give a wrong label.

@@ -55,16 +55,18 @@ def train(
     ] = None,
     imitate: Annotated[
         int | None,
-        typer.Option(metavar="N", parser=whole(0), help="Imitate a planner in the first N of them."),
+        typer.Option(metavar="N", parser=whole(0), help="Imitate a planner in the first N steps."),
     ] = None,
     lift: Annotated[
         int | None,
         typer.Option(
-            metavar="N", parser=whole(0), help="Then N steps in a batch with carry=lift, then the others."
+            metavar="N",
+            parser=whole(0),
+            help="Then take N steps in a batch with carry=lift, and the others without.",
         ),
     ] = None,
     seed: Annotated[
-        int, typer.Option(metavar="N", parser=whole(0, 2**32 - 1), help="Seed of everything.")
+        int, typer.Option(metavar="N", parser=whole(0, 2**32 - 1), help="Seed of all random numbers.")
     ] = 0,
     recipe: Annotated[
         Path | None, typer.Option(metavar="FILE", help="YAML of hyperparameters, keyed by environment id.")
@@ -72,33 +74,35 @@ def train(
     eval_every: Annotated[
         int, typer.Option(metavar="N", parser=whole(1), help="Steps between evaluations.")
     ] = 10_000,
-    eval_episodes: Annotated[int, typer.Option(metavar="N", parser=whole(1), help="Episodes of each.")] = 50,
-    threads: Annotated[int, typer.Option(metavar="N", parser=whole(1), help="Threads of the network.")] = 1,
+    eval_episodes: Annotated[
+        int, typer.Option(metavar="N", parser=whole(1), help="Episodes of each evaluation.")
+    ] = 50,
+    threads: Annotated[int, typer.Option(metavar="N", parser=whole(1), help="Threads for the network.")] = 1,
     processes: Annotated[
-        bool, typer.Option("--processes", help="A process for each environment, in place of one for all.")
+        bool, typer.Option("--processes", help="Run each environment in a process of its own.")
     ] = False,
     seeds: Annotated[
         int | None,
-        typer.Option(metavar="N", parser=whole(1, 1000), help="Train N seeds from --seed on, in RUN/seed-N."),
+        typer.Option(
+            metavar="N", parser=whole(1, 1000), help="Train N seeds, from --seed on, in RUN/seed-N."
+        ),
     ] = None,
     workers: Workers = 1,
     executor: Where = None,
     address: Address = OWN_CLUSTER,
     resume: Annotated[
         bool,
-        typer.Option(
-            "--resume", help="Go on with the run in the folder, with its own options but for --steps."
-        ),
+        typer.Option("--resume", help="Continue the run in the folder, with its own options except --steps."),
     ] = False,
     trust: Trust = False,
     progress: Annotated[
-        bool, typer.Option("--progress/--no-progress", help="Whether to show a bar, or lines.")
+        bool, typer.Option("--progress/--no-progress", help="Whether to show the progress.")
     ] = True,
 ) -> None:
     """Train a policy for an environment with Stable-Baselines3.
 
-    With --arg sign=-1 it is a helper. The folder holds the model, its checkpoints, the learning curve (also
-    for TensorBoard), and all that is needed to repeat the run. A run that was killed goes on with --resume.
+    With --arg sign=-1 the policy is a helper. The folder has the model, its checkpoints, the learning curve
+    (also for TensorBoard), and all that is needed to repeat the run. --resume continues an interrupted run.
     """
     import shlex
 
@@ -213,8 +217,8 @@ def evaluate(
         str | None,
         typer.Option(
             metavar="NAMES",
-            help="Other policies, with commas between: constant, greedy, analytic, cma, and those that come "
-            "with farm-ar. Random is always there. By default analytic and greedy, where they can act.",
+            help="Other policies, separated by commas: constant, greedy, analytic, cma, and those that come "
+            "with farm-ar; random is always included. By default analytic and greedy, if they can act.",
         ),
     ] = None,
     which: Which = "best",
@@ -225,7 +229,7 @@ def evaluate(
 ) -> None:
     """Play held-out episodes with trained policies and with others.
 
-    The score is 0 for a random policy and 1 for the best that any of the policies here found in each episode;
+    The score is 0 for a random policy and 1 for the best of these policies in each episode;
     of several runs it is the interquartile mean, with a 95% bootstrap interval.
     """
     from farm_ar.agents.packages import need_training
@@ -276,12 +280,15 @@ def watch(
     out: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE", help="The film, .mp4 or .gif; RUN/watch.mp4, or out/RUN.mp4, by default."
+            metavar="FILE", help="The film, .mp4 or .gif; by default RUN/watch.mp4, or out/RUN.mp4."
         ),
     ] = None,
-    episodes: Annotated[int, typer.Option(metavar="N", parser=whole(1), help="How many.")] = 2,
+    episodes: Annotated[int, typer.Option(metavar="N", parser=whole(1), help="Number of episodes.")] = 2,
     seed: Annotated[
-        int, typer.Option(metavar="N", parser=whole(0, 2**31), help="Of the first; the others follow.")
+        int,
+        typer.Option(
+            metavar="N", parser=whole(0, 2**31), help="Seed of the first episode; the others follow."
+        ),
     ] = 0,
     which: Which = "best",
     arg: EnvironmentArguments = None,

@@ -1,4 +1,4 @@
-"""`farm-ar vision`: estimators of poses from images, judged and trained."""
+"""`farm-ar vision`: evaluates and trains estimators of poses from images."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from farm_ar.rendering import Mesh
     from farm_ar.vision.scoring import Frame
 
-app = typer.Typer(help="Poses from images: judge, train and show what estimates them.", no_args_is_help=True)
+app = typer.Typer(help="Poses from images: evaluate and train estimators.", no_args_is_help=True)
 
 Meshes = Annotated[
     Path | None, typer.Option(metavar="FOLDER", help="Meshes by category; the farm's by default.")
@@ -36,10 +36,10 @@ def vision_benchmark(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Judge an estimator on frames with truth, a table a folder.
+    """Evaluate an estimator on frames with ground truth, one table per folder.
 
-    Missed: no estimate of its category within 5 cm. False: an estimate of what does not stand there.
-    Time is that of one processor.
+    Missed: no estimate of its category within 5 cm. False: an estimate where no such object is.
+    Times are of one processor.
     """
     import cv2
 
@@ -85,20 +85,20 @@ def vision_train(
     out: Annotated[Path, typer.Option(metavar="MODEL", help="The network, a file that ends in .onnx.")],
     meshes: Meshes = None,
     images: Annotated[
-        int, typer.Option(metavar="N", parser=whole(1), help="Images to learn from in all.")
+        int, typer.Option(metavar="N", parser=whole(1), help="Number of training images.")
     ] = 100_000,
     frames: Annotated[
-        int, typer.Option(metavar="N", parser=whole(1), help="Frames to calibrate on at the end.")
+        int, typer.Option(metavar="N", parser=whole(1), help="Frames for the calibration at the end.")
     ] = 200,
     seed: Seed = 0,
     threads: Annotated[int, typer.Option(metavar="N", parser=whole(1), help="Of the network.")] = 1,
     workers: Annotated[int, typer.Option(metavar="N", parser=whole(1), help="Processes that render.")] = 1,
-    resume: Annotated[bool, typer.Option("--resume", help="Go on with a run that was ended.")] = False,
+    resume: Annotated[bool, typer.Option("--resume", help="Continue an interrupted run.")] = False,
 ) -> None:
-    """Train a network that finds things in images, on random renders of their meshes.
+    """Train a network that finds objects in images, on random renders of their meshes.
 
     It takes about an hour on two cores. MODEL.onnx is the network, MODEL.json its categories and its
-    calibration; MODEL.checkpoint, from which --resume goes on, can be deleted at the end.
+    calibration; MODEL.checkpoint, from which --resume continues, can be deleted at the end.
     """
     from farm_ar.cli.output import print_line, progress
     from farm_ar.vision.training import need_packages
@@ -124,7 +124,7 @@ def vision_render(
     count: Annotated[int, typer.Option(metavar="N", parser=whole(1), help="Frames.")] = 10,
     seed: Seed = 0,
 ) -> None:
-    """Render random frames, as networks are trained on, with their truth: a folder for `vision benchmark`."""
+    """Render random training frames with their ground truth: a folder for `vision benchmark`."""
     import json
 
     import cv2

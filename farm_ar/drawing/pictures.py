@@ -132,7 +132,7 @@ def widen(axes: Axes, points: FloatArray, margin_m: float) -> None:
 def in_picture(position: FloatArray, place: Place) -> BoolArray:
     """Which of (N, 2) places a picture shows: a few objects far from the room would shrink it to a speck.
 
-    Those left out are farther from the area than three of its longer sides; if most places are, all are shown.
+    Those left out are farther from the area than three of its longer sides; if most are, all are shown.
     """
     area = Area.of(place)
     reach = FARTHEST * area.size.max()

@@ -169,12 +169,12 @@ def margins_and_runners_up(cost: FloatArray, column: IntArray) -> tuple[FloatArr
 def find_margins(cost: FloatArray, column: IntArray) -> tuple[FloatArray, IntArray]:
     """`margins_and_runners_up`, compiled.
 
-    Nodes are the rows that have a column, one node for the columns that no row has, and one for the rows without
-    a column, where there are any. An arc from one row to another is the former taking the latter's column; an
-    arc to the free columns takes one, an arc from them frees the column of a row; an arc to the empty rows
-    gives up a column for nothing, an arc from them gives a row's column to the empty row that takes it
-    for least. The arcs carry plain cost differences: an optimal assignment has no negative cycle, so Floyd
-    and Warshall's method needs no duals.
+    Nodes are the rows that have a column, one node for all columns without a row, and one for the rows
+    without a column, where there are any. An arc from one row to another is the former taking the latter's
+    column; an arc to the free columns takes one, an arc from them frees the column of a row; an arc to the
+    empty rows gives up a column for nothing, an arc from them gives a row's column to the empty row that
+    takes it for least. The arcs carry plain cost differences: an optimal assignment has no negative cycle,
+    so Floyd and Warshall's method needs no duals.
     """
     n, m = cost.shape
     space = workspace_for(n, m, True, 0)
