@@ -21,13 +21,13 @@ from farm_ar.drawing.palette import FAINT, INK
 from farm_ar.scenes.files import write_text
 
 HEAD = (
-    "method", "accuracy", "gain over simple", "none", "named", "calibration", "Brier", "at .9", "right there",
+    "method", "accuracy", "gain over simple", "none", "named", "calibration", "Brier", "at 0.9", "right there",
     "ms", "to break",
 )  # fmt: skip
 """Columns of the summary."""
 
 ROW_HEAD = (
-    "row", "accuracy", "best simple", "gain over it", "none", "named", "calibration", "Brier", "at .9",
+    "row", "accuracy", "best simple", "gain over it", "none", "named", "calibration", "Brier", "at 0.9",
     "right there", "ms",
 )  # fmt: skip
 """Columns of one method's rows."""
@@ -37,10 +37,10 @@ SHORT = 7
 
 LEGEND = (
     "accuracy: right answers, mean over rows; gain: less the best simple assignment of each row, with 95%.",
-    "none: wrongly answered none; named: wrongly given a label, of false detections and new objects.",
-    "calibration: error of the confidences, less what a calibrated method would have; Brier: 0 (best) to 2.",
-    "at .9: share answered with at least .9 confidence, and right there; ms: median time of a snapshot.",
-    "to break: median minimum perturbation on the game's table, in D, as farm-ar stress has it.",
+    "none: wrongly answered none; named: wrongly given a label, to a false detection or a new object.",
+    "calibration: expected calibration error, less that of a calibrated method; Brier: 0 (best) to 2.",
+    "at 0.9: share of answers with at least 0.9 confidence; right there: share of these that is right.",
+    "ms: median time of a snapshot; to break: median minimum perturbation on the game's table, D.",
 )
 """What the columns of the summary say."""
 

@@ -27,5 +27,5 @@ def test_where_known_policies_have_no_lines_that_is_said(run, tmp_path):
     folder.describe(Run("ppo", "SceneLayout-v0", 0, Recipe(env_kwargs={"reward": "margin"})))
     (folder.path / "evaluations.csv").write_text("steps,mean_return,best_mean_return\n10,1,0\n20,-0.001,0\n")
     told = run("plot", folder.path, "--out", tmp_path / "curves.svg").stdout.splitlines()
-    assert told[0].startswith("No lines of known policies: ")
+    assert told[0].startswith("No lines of reference policies: ")
     assert told[1] == "ppo: 0.00 after 20 steps, 1 seeds"

@@ -128,7 +128,7 @@ def check(run: Run) -> None:
         if run.algo != "maskable-ppo" or run.recipe.policy != "ObjectPolicy":
             raise OptionError("imitate", "must be 0 but for maskable-ppo with ObjectPolicy", shown)
         if run.recipe.env_kwargs.get("sign", 1) != 1:
-            raise OptionError("imitate", "must be 0 for a helper, whom no planner can show", shown)
+            raise OptionError("imitate", "must be 0 for a helper, as the planner is an adversary", shown)
     if run.recipe.before:
         if run.recipe.normalize is not None:
             raise OptionError("imitate, lift", "must both be 0 with normalization", run.recipe.before)
