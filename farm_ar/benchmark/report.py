@@ -21,8 +21,8 @@ from farm_ar.drawing.palette import FAINT, INK
 from farm_ar.scenes.files import write_text
 
 HEAD = (
-    "method", "accuracy", "gain over simple", "none", "named", "calibration", "Brier", "at 0.9", "right there",
-    "ms", "to break",
+    "method", "accuracy", "gain over simple", "none", "named", "calibration", "Brier", "at 0.9",
+    "right there", "ms", "to break",
 )  # fmt: skip
 """Columns of the summary."""
 
