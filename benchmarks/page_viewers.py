@@ -18,7 +18,7 @@ import uvicorn
 from websockets.asyncio.client import connect
 
 from farm_ar.service.network import listening
-from farm_ar.service.running import config_of
+from farm_ar.service.server import config_of
 from farm_ar.web.app import make_web_app
 from farm_ar.web.game import Game
 from farm_ar.web.pointer import STEPS_PER_SECOND

@@ -28,10 +28,10 @@ from fastapi import Request, Response
 from farm_ar.service.app import make_app
 from farm_ar.service.limits import ServiceLimits
 from farm_ar.service.network import listening
-from farm_ar.service.running import run
+from farm_ar.service.server import run
 from farm_ar.service.service import Service
 from farm_ar.service.store import Store
-from farm_ar.service.warming import warm_up
+from farm_ar.service.warmup import warm_up
 
 warm_up()
 app = make_app(Service(Store(None), ServiceLimits()))

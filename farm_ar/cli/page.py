@@ -47,7 +47,7 @@ def serve_page(
     from farm_ar.errors import known_name
     from farm_ar.service.access import Access, new_token
     from farm_ar.service.network import listening, qr_code
-    from farm_ar.service.running import run
+    from farm_ar.service.server import run
     from farm_ar.web.app import make_web_app
     from farm_ar.web.gallery import read_gallery
     from farm_ar.web.game import METHODS, Game

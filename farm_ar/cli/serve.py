@@ -73,11 +73,11 @@ def serve(
     from farm_ar.service.access import Access, check_token, new_token
     from farm_ar.service.app import make_app
     from farm_ar.service.network import listening
-    from farm_ar.service.recording import Recorder
-    from farm_ar.service.running import run
+    from farm_ar.service.recordings import Recorder
+    from farm_ar.service.server import run
     from farm_ar.service.service import Service
     from farm_ar.service.store import Store
-    from farm_ar.service.warming import warm_up
+    from farm_ar.service.warmup import warm_up
 
     folder = state or state_folder()
     make_folder("--state", folder)
@@ -98,7 +98,7 @@ def serve(
     def announce() -> None:
         _announce(origin, folder, record, token, tls, lan)
 
-    run(make_app(service, Access(token, tuple(cors or ()))), at, announce, tls)
+    run(make_app(service, Access(token, tuple(cors or ()))), at, announce, tls, service.limits)
     print_line("Stopped; what was confirmed is kept")
 
 
@@ -130,7 +130,7 @@ def serve_replay(
 ) -> None:
     """Play the requests of a recording again; the exit code is 1 if an answer differs."""
     from farm_ar.cli.output import print_line
-    from farm_ar.service.recording import replay
+    from farm_ar.service.recordings import replay
 
     number = 0
     different = 0

@@ -16,7 +16,7 @@ from farm_ar.reid.answers import Assurance, Identification
 from farm_ar.reid.base import Reidentifier, as_reidentifier
 from farm_ar.reid.plausibility import Finding, check, set_aside
 from farm_ar.reid.plausibility.finding import some
-from farm_ar.reid.plausibility.quiet import quiet
+from farm_ar.reid.plausibility.quiet import LOUD, quiet
 from farm_ar.reid.registry import load_reid
 from farm_ar.scenes import NO_CATEGORY, WORLD_FRAMES, Detections, Scene, Snapshot
 from farm_ar.scenes.worlds import frame_hint
@@ -95,7 +95,8 @@ def identify_in_frame(
     place, snapshot = _plainly(scene, snapshot)
     findings: tuple[Finding, ...] = ()
     sure, said, alignment = 1.0, list[str](), None
-    if frame == "map" and anchor is None and quiet(place, snapshot, checks):
+    nothing = quiet(place, snapshot, checks) if frame == "map" and anchor is None else LOUD
+    if nothing.check and nothing.aside:
         whole = _named(snapshot, named)
         answer = method.identify(whole)
         return InFrame(_explained(answer, scene, whole, np.arange(len(named))), whole, None)
@@ -106,7 +107,7 @@ def identify_in_frame(
         unit = other_unit(place, given, alignment)
         said = said if unit is None else [unit, *said]
     whole = _named(snapshot, named)
-    if checks:
+    if checks and not nothing.check:
         findings = check(place, snapshot)
         said += [one.said for one in findings if one.kind not in _unsaid(alignment)]
     sure *= float(np.prod([1 - one.doubt for one in findings]))
@@ -156,6 +157,8 @@ def _without_strange_categories(scene: Scene, snapshot: Snapshot) -> Snapshot:
 
 def _named(snapshot: Snapshot, category: tuple[str | None, ...]) -> Snapshot:
     """The snapshot with other categories."""
+    if category is snapshot.detections.category:
+        return snapshot
     return replace(
         snapshot, detections=Detections.trusted(**vars(snapshot.detections) | {"category": category})
     )

@@ -40,7 +40,7 @@ class FieldOfView:
         limits = {"left": 180, "right": 180, "up": 90, "down": 90}
         for name, limit in limits.items():
             if getattr(self, name) is not None:
-                angle = float(getattr(self, name))
+                angle = float(getattr(self, name)) + 0.0  # of views that are equal all bits are: no -0
                 if not 0 <= angle <= np.deg2rad(limit):
                     raise SnapshotError(f"fov.{name}", f"must be an angle from 0 to {limit} degrees", angle)
                 object.__setattr__(self, name, angle)

@@ -141,7 +141,8 @@ class Detections(Record):
             if name != "uncertainty" and value is not None
         }
         kept.setdefault("tilt", None)
-        return Detections.trusted(**kept, uncertainty=self.uncertainty and self.uncertainty.at(index))
+        uncertainty = None if self.uncertainty is None else self.uncertainty.at(index)
+        return Detections.trusted(**kept, uncertainty=uncertainty)
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,7 +15,7 @@ from farm_ar.service.access import Access
 from farm_ar.service.refusals import NO_JSON, WRONG, RefusedError, missing_package
 from farm_ar.service.schemas import REFUSED, bodies, path_of, replies
 from farm_ar.service.service import SEPARATOR, Answer, Service, refused
-from farm_ar.service.straight import Given, Receive, Straight, body_of, is_form
+from farm_ar.service.shortcut import Asking, Receive, Shortcut, address_of, body_of, is_form
 from farm_ar.service.traffic import Traffic
 
 try:
@@ -23,6 +23,7 @@ try:
     from fastapi.middleware.cors import CORSMiddleware
     from starlette.datastructures import UploadFile
     from starlette.formparsers import MultiPartException, MultiPartParser
+    from starlette.requests import ClientDisconnect
 except ImportError:
     raise missing_package("fastapi") from None
 
@@ -118,19 +119,21 @@ def _add_sessions(app: FastAPI, traffic: Traffic, access: Access) -> None:
 
         async def route(request: Request) -> Response:
             try:
-                access.check(request.headers, request.query_params)
+                access.check(request.headers, request.query_params, address_of(request.scope))
                 answer = await handler(request)
             except InputError as problem:
                 answer = refused(problem)
+            except ClientDisconnect:  # nobody hears it
+                return Response(status_code=NO_JSON)
             return Response(answer.body, answer.status, answer.headers, answer.kind)
 
         return route
 
-    async def snapshots(name: str, headers: Given, query: Given, receive: Receive) -> Answer:
+    async def snapshots(asked: Asking, receive: Receive) -> Answer:
         try:
-            access.check(headers, query)
-            body = await body_of(headers, receive, limits.most_bytes, limits.body_s)
-            return await traffic.ask(name, "snapshots", body)
+            access.check(asked.headers, asked.query, asked.address)
+            body = await body_of(asked.headers, receive, limits.most_bytes, limits.body_s)
+            return await traffic.ask(asked.name, "snapshots", body)
         except InputError as problem:
             return refused(problem)
 
@@ -178,7 +181,7 @@ def _add_sessions(app: FastAPI, traffic: Traffic, access: Access) -> None:
             openapi_extra=bodies(name, limits.most_text),
         )
 
-    app.add_middleware(Straight, answer=snapshots)
+    app.add_middleware(Shortcut, answer=snapshots)
     one = "/v1/sessions/{name}"
     add("GET", "/v1/sessions", sessions, "sessions")
     add("PUT", f"{one}/layout", asking("layout"), "layout")
@@ -194,10 +197,13 @@ def _add_listening(app: FastAPI, traffic: Traffic, access: Access) -> None:
     @app.websocket("/v1/sessions/{name}/events")
     async def events(socket: WebSocket, name: str) -> None:
         try:
-            access.check(socket.headers, socket.query_params)
+            access.check(socket.headers, socket.query_params, address_of(socket.scope))
             listener = await traffic.listen(name, _frame(socket.query_params.get("frame", "unity")))
         except InputError as problem:
-            await socket.close(1008, str(problem)[:120])
+            answer = refused(problem)
+            await socket.send_denial_response(
+                Response(answer.body, answer.status, answer.headers, answer.kind)
+            )
             return
         await socket.accept()
         gone = asyncio.ensure_future(_until_gone(socket))

@@ -27,6 +27,7 @@ class ServiceLimits:
         most_sessions: kept.
         most_waiting: requests that wait for one session.
         most_requests: under way at once.
+        most_connections: open at once; on those beyond it one request is answered, with "come again".
         most_listeners: of one session, on WebSockets.
         body_s: seconds for a body to arrive.
         answer_s: seconds after which a request is answered with "come again".
@@ -46,6 +47,7 @@ class ServiceLimits:
     most_sessions: int = 1000
     most_waiting: int = 16
     most_requests: int = 256
+    most_connections: int = 512
     most_listeners: int = 64
     body_s: float = 10.0
     answer_s: float = 30.0

@@ -18,11 +18,12 @@ class RefusedError(InputError):
         field: what is wrong, as in `detections[3].x`.
         expected: what would be right.
         got: what came.
+        again_s: after how many seconds it may be asked again, where that would help.
     """
 
-    def __init__(self, status: int, field: str, expected: str, got: object) -> None:
+    def __init__(self, status: int, field: str, expected: str, got: object, again_s: int = 1) -> None:
         super().__init__(field, expected, got)
-        self.status = status
+        self.status, self.again_s = status, again_s
 
 
 def values_of(problem: InputError) -> dict[str, Any]:

@@ -32,6 +32,8 @@ def together(asked: SnapshotBody) -> tuple[Snapshot, list[list[Values]], list[tu
         The snapshot, or the objects of several, without broken poses; the detections that each object is of,
         of several; and the answers to those with a broken pose, with their places.
     """
+    if len(asked.snapshots) == 1 and isfinite(asked.snapshots[0].detections.position.sum()):
+        return asked.snapshots[0], [], []
     sound = [np.isfinite(one.detections.position).all(axis=1) for one in asked.snapshots]
     kept = [some(one, np.flatnonzero(good)) for one, good in zip(asked.snapshots, sound, strict=True)]
     broken = [

@@ -5,15 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from farm_ar.scenes import WORLD_FRAMES
-from farm_ar.service.wire import (
-    CONFIRM,
-    SESSION_NAME,
-    UNDO,
-    align_schema,
-    image_schema,
-    layout_schema,
-    snapshot_schema,
-)
+from farm_ar.scenes.declarations import CAMERA, SCENE, SNAPSHOT
+from farm_ar.scenes.documents import Document, Listing
+from farm_ar.service.methods import DEFAULT, OPTIONS
+from farm_ar.service.wire import BESIDE, CONFIRM, REVISION, SESSION_NAME, UNDO
 
 Values = dict[str, Any]
 
@@ -61,18 +56,92 @@ def bodies(name: str, most_text: int) -> Values:
         schema = {"enum": list(WORLD_FRAMES), "default": "unity"}
         extra["parameters"].append({"name": "frame", "in": "query", "schema": schema})
     taken = {
-        "layout": layout_schema,
-        "snapshots": snapshot_schema,
-        "align": align_schema,
+        "layout": _layout_schema,
+        "snapshots": _snapshot_schema,
+        "align": _align_schema,
         "confirm": CONFIRM.top.schema,
         "undo": UNDO.top.schema,
     }
     if name in taken:
         content: Values = {"application/json": {"schema": _short(taken[name](), most_text)}}
         if name == "snapshots":
-            content["multipart/form-data"] = {"schema": image_schema()}
+            content["multipart/form-data"] = {"schema": _image_schema()}
         extra["requestBody"] = {"required": True, "content": content}
     return extra
+
+
+def _layout_schema() -> dict[str, Any]:
+    """The JSON Schema of a layout's body."""
+    rule = _framed(SCENE)
+    methods = {"enum": sorted(OPTIONS), "default": DEFAULT, "description": "Which method identifies."}
+    either = [kind.schema() for _, kind in sorted(OPTIONS.items())]
+    revision = {
+        **REVISION.schema(),
+        "description": "Of the session that is replaced; needed if it exists.",
+    }
+    rule["properties"] |= {
+        "method": methods,
+        "options": {"anyOf": either, "description": "Of the method; each has others."},
+        **{name: kind.schema() for name, kind in BESIDE.items()},
+        "revision": revision,
+    }
+    return rule
+
+
+def _snapshot_schema() -> dict[str, Any]:
+    """The JSON Schema of a snapshot's body."""
+    many = {
+        "type": "object",
+        "required": ["snapshots"],
+        "additionalProperties": False,
+        "properties": {"snapshots": {"type": "array", "minItems": 1, "items": _framed(SNAPSHOT)}},
+        "description": "Several snapshots between which nothing moved, to be fused.",
+    }
+    return {"anyOf": [_framed(SNAPSHOT), many]}
+
+
+def _image_schema() -> dict[str, Any]:
+    """The JSON Schema of a body with an image."""
+    camera = _framed(CAMERA)
+    camera["properties"]["timestamp"] = {"type": "number", "description": "Seconds from any moment."}
+    image = {"type": "string", "format": "binary", "description": "PNG or JPEG."}
+    return {
+        "type": "object",
+        "required": ["camera", "image"],
+        "properties": {"camera": camera, "image": image},
+        "description": "An image and its camera, where the service was started with --meshes.",
+    }
+
+
+def _align_schema() -> dict[str, Any]:
+    """The JSON Schema of the body of an alignment."""
+    rule = _framed(SNAPSHOT)
+    pose = Listing(SNAPSHOT.top.fields["detections"].kind).kind.schema()  # type: ignore[attr-defined]
+    known = ("x", "y", "z", "yaw_deg", "yaw_rad", "quaternion", "matrix")
+    pose = {**pose, "properties": {name: pose["properties"][name] for name in known}}
+    rule["properties"] |= {
+        "anchor": {
+            "type": "object",
+            "required": ["here", "map"],
+            "additionalProperties": False,
+            "properties": {"here": pose, "map": pose},
+            "description": "One pose that is known in the snapshots' frame and in the map's, say a marker's.",
+        },
+        "revision": REVISION.schema(),
+    }
+    rule["required"] = ["frame", "revision"]
+    rule["anyOf"] = [{"required": ["camera", "detections"]}, {"required": ["anchor"]}]
+    return rule
+
+
+def _framed(document: Document) -> dict[str, Any]:
+    rule = document.top.schema()
+    frame = {name: value for name, value in rule["properties"]["frame"].items() if name != "default"}
+    return {
+        **rule,
+        "required": [*rule["required"], "frame"],
+        "properties": {**rule["properties"], "frame": frame},
+    }
 
 
 def _short(rule: Any, most: int) -> Any:

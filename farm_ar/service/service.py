@@ -13,8 +13,7 @@ import orjson
 from farm_ar.errors import InputError
 from farm_ar.service.images import Eye
 from farm_ar.service.limits import ServiceLimits
-from farm_ar.service.quick import quick_snapshot
-from farm_ar.service.recording import Asked, Recorder
+from farm_ar.service.recordings import Asked, Recorder
 from farm_ar.service.refusals import (
     BUSY,
     STALE,
@@ -28,6 +27,7 @@ from farm_ar.service.refusals import (
 )
 from farm_ar.service.served import Served
 from farm_ar.service.store import Store
+from farm_ar.service.usual_form import usual_snapshot
 from farm_ar.service.wire import SESSION_NAME, SnapshotBody, parsed, read_layout, read_snapshots
 
 Values = dict[str, Any]
@@ -47,16 +47,17 @@ BRIEF_S = 1.5e-3
 
 
 class Answer(NamedTuple):
-    """What a request is answered: an HTTP status, and a body of some kind."""
+    """What a request is answered: an HTTP status, a body of some kind, and when it may be asked again."""
 
     status: int
     body: bytes
     kind: str = "application/json"
+    again_s: int = 1
 
     @property
     def headers(self) -> dict[str, str]:
         """Headers that a refusal has beside its kind."""
-        again = {"Retry-After": "1"} if self.status in (TOO_MANY, BUSY) else {}
+        again = {"Retry-After": str(self.again_s)} if self.status in (TOO_MANY, BUSY) else {}
         again["X-Content-Type-Options"] = "nosniff"
         return again | ({"Connection": "close"} if self.status in (TOO_LARGE, TOO_SLOW) else {})
 
@@ -181,7 +182,7 @@ class Service:
 
     def _asked(self, served: Served, action: str, body: bytes) -> tuple[Served, Values]:
         if action == "snapshots":
-            asked = quick_snapshot(body, self.limits)
+            asked = usual_snapshot(body, self.limits)
             if asked is None:
                 asked = read_snapshots(parsed(body, self.limits.most_text), self.limits)
             seen = served.look(asked, body)
@@ -240,7 +241,8 @@ def answered(do: Callable[[], tuple[int, Mapping[str, Any]]]) -> Answer:
 
 def refused(problem: InputError) -> Answer:
     """The answer that says what is wrong."""
-    return Answer(getattr(problem, "status", WRONG), encoded(values_of(problem)))
+    status, again_s = getattr(problem, "status", WRONG), getattr(problem, "again_s", 1)
+    return Answer(status, encoded(values_of(problem)), again_s=again_s)
 
 
 def encoded(values: Mapping[str, Any]) -> bytes:

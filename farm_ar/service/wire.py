@@ -11,14 +11,13 @@ import numpy as np
 from farm_ar.arrays import SHARE, FloatArray
 from farm_ar.errors import OptionError, SceneError, SnapshotError
 from farm_ar.scenes import WORLD_FRAMES, Scene, Snapshot, scene_from_dict, snapshot_from_dict
-from farm_ar.scenes.declarations import CAMERA, SCENE, SNAPSHOT
-from farm_ar.scenes.documents import Document, Listing, Named, Object
+from farm_ar.scenes.documents import Document, Named, Object
 from farm_ar.scenes.files import json_in
 from farm_ar.scenes.kinds import NEEDED, Flag, Kind, MismatchError, Number, OrNull, Text, Whole
 from farm_ar.scenes.streams import tolerant_snapshot
 from farm_ar.scenes.worlds import rigid, rotation_of
 from farm_ar.service.limits import ServiceLimits, check_texts
-from farm_ar.service.methods import DEFAULT, OPTIONS, method_of
+from farm_ar.service.methods import DEFAULT, method_of
 from farm_ar.service.refusals import NO_JSON, TOO_LARGE, WRONG, RefusedError
 
 SESSION_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
@@ -27,14 +26,19 @@ SESSION_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 MOST_TILT_DEG = 5.0
 """Tilt of a detection beyond which it is said that only headings count."""
 
-_REVISION = Whole(0, 10**12, about="The session's revision that this is decided on; another is answered 409.")
+REVISION = Whole(0, 10**12, about="The session's revision that this is decided on; another is answered 409.")
+"""In a body that decides something."""
+
 _OF_SESSION = ("method", "options", "switch_rate", "checks", "revision")
-_BESIDE: dict[str, Kind] = {
+
+BESIDE: dict[str, Kind] = {
     "switch_rate": Number(
         SHARE, default=0.02, about="How often a track is on another thing at the next snapshot."
     ),
     "checks": Flag(default=True, about="Whether layout and snapshots are checked, for warnings."),
 }
+"""Fields of a layout's body beside those of a scene file, the method, its options, and the revision."""
+
 _TURN = re.compile(r"detections\[\d+\]\.(quaternion|matrix)")
 _UNREADABLE = ("must be 4 numbers [x, y, z, w]", "must be 4 rows of 4 numbers", "must be finite")
 """What is said of a rotation that is no rotation at all, and not one in another convention."""
@@ -43,7 +47,7 @@ CONFIRM = Document(
     "confirmation",
     Object(
         {
-            "revision": _REVISION,
+            "revision": REVISION,
             "snapshot": Text(about="Whose labels are confirmed; one that is not the last is answered 409."),
             "labels": Named(
                 OrNull(Text(), "a label"),
@@ -56,7 +60,7 @@ CONFIRM = Document(
     ),
     OptionError,
 )
-UNDO = Document("undoing", Object({"revision": _REVISION}), OptionError)
+UNDO = Document("undoing", Object({"revision": REVISION}), OptionError)
 
 
 class LayoutBody(NamedTuple):
@@ -120,7 +124,7 @@ def read_layout(data: dict[str, Any], limits: ServiceLimits) -> LayoutBody:
     method = data.get("method", DEFAULT)
     _, options = method_of(method, data.get("options", {}))
     given = dict[str, Any]()
-    for name, kind in _BESIDE.items():
+    for name, kind in BESIDE.items():
         try:
             given[name] = kind.check(data.get(name, kind.default))
         except MismatchError as problem:
@@ -197,80 +201,6 @@ def frame_of(data: Mapping[str, Any], place: str = "") -> str:
     return frame
 
 
-def layout_schema() -> dict[str, Any]:
-    """The JSON Schema of a layout's body."""
-    rule = _framed(SCENE)
-    methods = {"enum": sorted(OPTIONS), "default": DEFAULT, "description": "Which method identifies."}
-    either = [kind.schema() for _, kind in sorted(OPTIONS.items())]
-    revision = {
-        **_REVISION.schema(),
-        "description": "Of the session that is replaced; needed if it exists.",
-    }
-    rule["properties"] |= {
-        "method": methods,
-        "options": {"anyOf": either, "description": "Of the method; each has others."},
-        **{name: kind.schema() for name, kind in _BESIDE.items()},
-        "revision": revision,
-    }
-    return rule
-
-
-def snapshot_schema() -> dict[str, Any]:
-    """The JSON Schema of a snapshot's body."""
-    many = {
-        "type": "object",
-        "required": ["snapshots"],
-        "additionalProperties": False,
-        "properties": {"snapshots": {"type": "array", "minItems": 1, "items": _framed(SNAPSHOT)}},
-        "description": "Several snapshots between which nothing moved, to be fused.",
-    }
-    return {"anyOf": [_framed(SNAPSHOT), many]}
-
-
-def image_schema() -> dict[str, Any]:
-    """The JSON Schema of a body with an image."""
-    camera = _framed(CAMERA)
-    camera["properties"]["timestamp"] = {"type": "number", "description": "Seconds from any moment."}
-    image = {"type": "string", "format": "binary", "description": "PNG or JPEG."}
-    return {
-        "type": "object",
-        "required": ["camera", "image"],
-        "properties": {"camera": camera, "image": image},
-        "description": "An image and its camera, where the service was started with --meshes.",
-    }
-
-
-def align_schema() -> dict[str, Any]:
-    """The JSON Schema of the body of an alignment."""
-    rule = _framed(SNAPSHOT)
-    pose = Listing(SNAPSHOT.top.fields["detections"].kind).kind.schema()  # type: ignore[attr-defined]
-    known = ("x", "y", "z", "yaw_deg", "yaw_rad", "quaternion", "matrix")
-    pose = {**pose, "properties": {name: pose["properties"][name] for name in known}}
-    rule["properties"] |= {
-        "anchor": {
-            "type": "object",
-            "required": ["here", "map"],
-            "additionalProperties": False,
-            "properties": {"here": pose, "map": pose},
-            "description": "One pose that is known in the snapshots' frame and in the map's, say a marker's.",
-        },
-        "revision": _REVISION.schema(),
-    }
-    rule["required"] = ["frame", "revision"]
-    rule["anyOf"] = [{"required": ["camera", "detections"]}, {"required": ["anchor"]}]
-    return rule
-
-
-def _framed(document: Document) -> dict[str, Any]:
-    rule = document.top.schema()
-    frame = {name: value for name, value in rule["properties"]["frame"].items() if name != "default"}
-    return {
-        **rule,
-        "required": [*rule["required"], "frame"],
-        "properties": {**rule["properties"], "frame": frame},
-    }
-
-
 def _check_count(items: object, most: int, field: str) -> None:
     if isinstance(items, list) and len(items) > most:
         raise RefusedError(TOO_LARGE, field, f"must be at most {most}", len(items))
@@ -278,7 +208,7 @@ def _check_count(items: object, most: int, field: str) -> None:
 
 def _whole(field: str, value: object) -> int:
     try:
-        return _REVISION.check(value)
+        return REVISION.check(value)
     except MismatchError as problem:
         raise OptionError(field, problem.expected, problem.got) from None
 

@@ -11,8 +11,9 @@ from scipy.stats import multivariate_normal, norm
 from farm_ar.benchmark.suite import made_examples
 from farm_ar.benchmark.worlds import ROWS
 from farm_ar.reid.plausibility import check, frames, set_aside
+from farm_ar.reid.plausibility.evidence import TURNS
 from farm_ar.reid.plausibility.frames import Ratio, ratios
-from farm_ar.reid.plausibility.kernels import TURNS, best_motions
+from farm_ar.reid.plausibility.motions import best_motions
 from farm_ar.reid.plausibility.patterns import Variant, log_evidence, places_of
 from farm_ar.reid.registration import RigidMotion
 from farm_ar.scenes import (

@@ -19,7 +19,7 @@ from farm_ar.service.access import Access
 from farm_ar.service.app import make_app
 from farm_ar.service.limits import ServiceLimits
 from farm_ar.service.network import Certificate, listening
-from farm_ar.service.running import config_of
+from farm_ar.service.server import config_of
 from farm_ar.service.service import Answer, Service
 from farm_ar.service.store import Store
 
@@ -116,7 +116,7 @@ def live(
     one = service or Service(Store(None), limits or ServiceLimits())
     allowed = access or Access()
     at = listening("127.0.0.1", 0)
-    server = uvicorn.Server(config_of(make_app(one, allowed), tls))
+    server = uvicorn.Server(config_of(make_app(one, allowed), tls, one.limits))
     thread = threading.Thread(target=server.run, args=([at],), daemon=True)
     thread.start()
     deadline = time.monotonic() + 60

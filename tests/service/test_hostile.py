@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hmac
+import itertools
 import json
 import os
 import socket
@@ -21,10 +22,10 @@ from websockets.sync.client import connect
 
 from farm_ar.cli.serve import certificate_for
 from farm_ar.errors import OptionError, SessionError
-from farm_ar.service.access import Access, check_token
+from farm_ar.service.access import GUESSES_S, MOST_GUESSES, Access, Guesses, check_token
 from farm_ar.service.limits import ServiceLimits
 from farm_ar.service.network import self_signed
-from farm_ar.service.recording import Recorder, replay, safe
+from farm_ar.service.recordings import Recorder, replay, safe
 from farm_ar.service.refusals import RefusedError
 from farm_ar.service.service import Service
 from farm_ar.service.store import Store
@@ -35,7 +36,8 @@ TOKEN = "open-sesame-please"
 
 @pytest.fixture(scope="module")
 def guarded() -> Iterator[Live]:
-    yield from live(ServiceLimits(most_bytes=20_000, body_s=1.0), Access(TOKEN))
+    forgetful = Guesses(itertools.count(0.0, GUESSES_S).__next__)
+    yield from live(ServiceLimits(most_bytes=20_000, body_s=1.0), Access(TOKEN, guesses=forgetful))
 
 
 def said(url: str, *parts: bytes, patience: float = 10.0) -> bytes:
@@ -48,6 +50,17 @@ def said(url: str, *parts: bytes, patience: float = 10.0) -> bytes:
         while b"\r\n\r\n" not in answer and (more := line.recv(65536)):
             answer += more
         return answer
+
+
+def asked_on(line: socket.socket, request: bytes) -> bytes:
+    """What is answered, in JSON, on a line that stays open."""
+    line.sendall(request)
+    answer = b""
+    while not answer.endswith(b"}"):
+        more = line.recv(65536)
+        assert more, "the line was closed"
+        answer += more
+    return answer
 
 
 def head(path: str, *more: str, method: str = "POST", token: str | None = TOKEN) -> bytes:
@@ -404,3 +417,64 @@ def test_connections_that_say_nothing_do_not_keep_others_out(tmp_path: Path) -> 
             assert client.get("/v1/sessions").status_code == 200
         for line in silent:
             line.close()
+
+
+def test_connections_that_are_too_many_are_told_to_come_again() -> None:
+    whole = b"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
+    for one in live(ServiceLimits(most_connections=5)):
+        place = urlsplit(one.url)
+        first = [socket.create_connection((place.hostname, place.port), timeout=20) for _ in range(5)]
+        for line in first:
+            assert asked_on(line, whole).startswith(b"HTTP/1.1 200")
+        answer = said(one.url, whole)
+        assert answer.startswith(b"HTTP/1.1 429")
+        assert b"Retry-After: 1" in answer or b"retry-after: 1" in answer.lower()
+        with one.client() as client:  # each connection is one too many, so each is closed
+            for _ in range(2):
+                reply = client.post("/v1/sessions/a/snapshots", json={})
+                assert (reply.status_code, reply.json()["error"]["field"]) == (429, "connections")
+                assert reply.headers["connection"] == "close"
+        url = one.url.replace("http", "ws") + "/v1/sessions/a/events"
+        with pytest.raises(InvalidStatus) as caught, connect(url, proxy=None):
+            pass
+        assert caught.value.response.status_code == 429
+        with socket.create_connection((place.hostname, place.port), timeout=20) as silent:
+            begun = time.monotonic()
+            assert silent.recv(65536) == b""
+            assert time.monotonic() - begun < 5
+        assert asked_on(first[0], whole).startswith(b"HTTP/1.1 200")  # those that came in time are served
+        for line in first:
+            line.close()
+        with one.client() as client:
+            end = time.monotonic() + 10
+            while client.get("/healthz").status_code != 200:
+                assert time.monotonic() < end
+
+
+def test_who_guesses_tokens_is_answered_429_on_every_way_in() -> None:
+    for one in live(access=Access(TOKEN)):
+        for k in range(MOST_GUESSES):
+            more = ["Content-Length: 0", f"X-Forwarded-For: 10.0.0.{k}"]  # which is not believed
+            assert said(one.url, head(SNAPSHOTS, *more, token=f"try-{k}")).startswith(b"HTTP/1.1 401")
+        for path, method in ((SNAPSHOTS, "POST"), ("/v1/sessions", "GET")):
+            answer = said(one.url, head(path, "Content-Length: 0", method=method))
+            assert answer.startswith(b"HTTP/1.1 429")
+            seconds = int(answer.lower().partition(b"retry-after: ")[2].partition(b"\r\n")[0])
+            assert 30 < seconds <= 60
+        url = one.url.replace("http", "ws") + f"/v1/sessions/a/events?token={TOKEN}"
+        with pytest.raises(InvalidStatus) as caught, connect(url, proxy=None):
+            pass
+        assert caught.value.response.status_code == 429
+        with one.client() as client:
+            assert client.get("/healthz").status_code == 200
+
+
+@pytest.mark.parametrize(
+    ("query", "status"), [("", 401), (f"?token={TOKEN}", 404), (f"?token={TOKEN}&frame=x", 422)]
+)
+def test_a_websocket_that_is_refused_is_told_why(guarded: Live, query: str, status: int) -> None:
+    url = guarded.url.replace("http", "ws") + "/v1/sessions/nowhere/events" + query
+    with pytest.raises(InvalidStatus) as caught, connect(url, proxy=None):
+        pass
+    assert caught.value.response.status_code == status
+    assert json.loads(caught.value.response.body)["error"]["message"]

@@ -28,7 +28,7 @@ from farm_ar.service.access import Access
 from farm_ar.service.client import ServiceSession
 from farm_ar.service.limits import ServiceLimits
 from farm_ar.service.network import lan_address, listening, pin_of, qr_code, self_signed
-from farm_ar.service.recording import Recorder, replay
+from farm_ar.service.recordings import Recorder, replay
 from farm_ar.service.refusals import RefusedError
 from farm_ar.service.service import Service
 from farm_ar.service.store import Store
@@ -171,7 +171,7 @@ def test_half_a_body_and_a_slow_one_hold_nobody_up(guarded: Live) -> None:
 
 def test_a_head_that_does_not_come_ends_the_connection(monkeypatch: pytest.MonkeyPatch) -> None:
     """Else whoever opens connections and says nothing takes all that the system has."""
-    monkeypatch.setattr("farm_ar.service.running.HEAD_S", 0.5)
+    monkeypatch.setattr("farm_ar.service.server.HEAD_S", 0.5)
     whole = b"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
     for one in live():
         place = urlsplit(one.url)

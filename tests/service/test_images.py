@@ -14,7 +14,7 @@ from farm_ar.rendering import HOLOLENS_2, Instance, Mesh, Renderer, View, model
 from farm_ar.scenes import Detections, builtin_scene
 from farm_ar.service.images import Eye
 from farm_ar.service.limits import ServiceLimits
-from farm_ar.service.recording import Recorder, replay
+from farm_ar.service.recordings import Recorder, replay
 from farm_ar.service.service import Service
 from farm_ar.service.store import Store
 from farm_ar.vision import PoseEstimates, PoseEstimator, check_question

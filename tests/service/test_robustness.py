@@ -22,7 +22,7 @@ from farm_ar.service.limits import ServiceLimits
 from farm_ar.service.refusals import RefusedError
 from farm_ar.service.service import Service
 from farm_ar.service.store import Store
-from farm_ar.service.warming import warm_up
+from farm_ar.service.warmup import warm_up
 from tests.service.conftest import Live, lab, layout_body, live, seen_in, served_anew, snapshot_body
 
 Values = dict[str, Any]
@@ -206,7 +206,7 @@ KILLED = """
 import sys
 from farm_ar.service.app import make_app
 from farm_ar.service.network import listening
-from farm_ar.service.running import run
+from farm_ar.service.server import run
 from farm_ar.service.service import Service
 from farm_ar.service.store import Store
 

@@ -11,7 +11,7 @@ from farm_ar.arrays import FloatArray, IntArray
 from farm_ar.geometry import bearing, direction, distance
 from farm_ar.geometry.angles import wrap
 from farm_ar.reid.plausibility.finding import Finding
-from farm_ar.reid.plausibility.kernels import EQUAL, best_motions
+from farm_ar.reid.plausibility.motions import EQUAL, best_motions
 from farm_ar.reid.plausibility.patterns import (
     MOST_DETECTIONS,
     Places,

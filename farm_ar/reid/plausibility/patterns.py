@@ -18,8 +18,8 @@ import numpy as np
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 from farm_ar.geometry import diameter
 from farm_ar.geometry.angles import FULL_TURN
+from farm_ar.reid.plausibility.evidence import LEAST_SHIFT, evidence_of_all
 from farm_ar.reid.plausibility.kept import kept
-from farm_ar.reid.plausibility.kernels import LEAST_SHIFT, evidence_of_all
 from farm_ar.scenes import UNKNOWN, Bounds, Scene
 
 MOST_DETECTIONS = 16

@@ -71,6 +71,11 @@ class Session:
         self._events: tuple[Event, ...] = ()
         self._state = self._begin
 
+    def __copy__(self) -> Session:
+        made = object.__new__(type(self))
+        vars(made).update(vars(self))
+        return made
+
     @property
     def events(self) -> tuple[Event, ...]:
         """What happened and was not undone; of snapshots without a decision about them only the last."""

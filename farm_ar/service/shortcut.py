@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import re
 from collections.abc import Awaitable, Callable, Mapping, MutableMapping
-from typing import Any
+from typing import Any, NamedTuple
 
 from farm_ar.service.refusals import TOO_LARGE, TOO_SLOW, RefusedError, missing_package
 from farm_ar.service.service import Answer
@@ -27,15 +27,24 @@ Given = Mapping[str, str]
 _SNAPSHOTS = re.compile("/v1/sessions/([^/]+)/snapshots")
 
 
-class Straight:
+class Asking(NamedTuple):
+    """The head of a request for a snapshot: of which session, headers, query, and from which address."""
+
+    name: str
+    headers: Given
+    query: Given
+    address: str | None
+
+
+class Shortcut:
     """Hands snapshots in JSON to who answers them, and all else to the application.
 
     Args:
         app: the application.
-        answer: of a session's name, headers, query and what receives the body.
+        answer: of what is asked, and of what receives the body.
     """
 
-    def __init__(self, app: App, answer: Callable[[str, Given, Given, Receive], Awaitable[Answer]]) -> None:
+    def __init__(self, app: App, answer: Callable[[Asking, Receive], Awaitable[Answer]]) -> None:
         self._app, self._answer = app, answer
 
     async def __call__(self, scope: Message, receive: Receive, send: Send) -> None:
@@ -51,13 +60,25 @@ class Straight:
             return
         query = QueryParams(scope["query_string"]) if scope["query_string"] else {}
         try:
-            answer = await self._answer(asked[1], headers, query, receive)
+            answer = await self._answer(Asking(asked[1], headers, query, address_of(scope)), receive)
         except ClientDisconnect:
             return
-        said = {"content-length": str(len(answer.body)), "content-type": answer.kind, **answer.headers}
-        start = [(name.encode(), value.encode("latin-1")) for name, value in said.items()]
-        await send({"type": "http.response.start", "status": answer.status, "headers": start})
-        await send({"type": "http.response.body", "body": answer.body})
+        await send_answer(answer, send)
+
+
+async def send_answer(answer: Answer, send: Send, close: bool = False) -> None:
+    """Send an answer, and with `close` that the connection ends with it."""
+    said = {"content-length": str(len(answer.body)), "content-type": answer.kind, **answer.headers}
+    said |= {"connection": "close"} if close else {}
+    start = [(name.encode(), value.encode("latin-1")) for name, value in said.items()]
+    await send({"type": "http.response.start", "status": answer.status, "headers": start})
+    await send({"type": "http.response.body", "body": answer.body})
+
+
+def address_of(scope: Message) -> str | None:
+    """From where a request came; None where the server does not know."""
+    client = scope.get("client")
+    return client[0] if client else None
 
 
 def is_form(headers: Given) -> bool:

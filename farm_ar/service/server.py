@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import gc
 import signal
 import socket
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
+from farm_ar.service.limits import ServiceLimits
 from farm_ar.service.network import Certificate
-from farm_ar.service.refusals import missing_package
+from farm_ar.service.refusals import TOO_MANY, RefusedError, missing_package
+from farm_ar.service.service import refused
+from farm_ar.service.shortcut import Message, Receive, Send, send_answer
 
 try:
     import h11
@@ -22,18 +27,33 @@ except ImportError:
 PATIENCE_S = 3
 """How long requests that are under way are waited for at the end."""
 
-
 HEAD_S = 10.0
 """How long the head of a request may take to arrive; a body has a limit of its own."""
 
+FULL_HEAD_S = 1.0
+"""The same where there are too many connections."""
+
 
 class _Protocol(H11Protocol):
-    """HTTP that ends connections on which no whole head comes."""
+    """HTTP that ends connections on which no whole head comes, and refuses those that are too many.
+
+    Args:
+        most: connections at once; on each one beyond it, its first request is answered with "come again".
+        more: as of `H11Protocol`.
+    """
 
     _patience: asyncio.TimerHandle | None = None
+    _full = False
+
+    def __init__(self, most: int, **more: Any) -> None:
+        super().__init__(**more)
+        self._most = most
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
+        self._full = len(self.connections) > self._most
+        if self._full:
+            self.app = partial(_come_again, self._most)
         self._wait()
 
     def data_received(self, data: bytes) -> None:
@@ -51,7 +71,17 @@ class _Protocol(H11Protocol):
                 self._patience.cancel()
             self._patience = None
         elif self._patience is None:
-            self._patience = self.loop.call_later(HEAD_S, self.transport.close)
+            patience = FULL_HEAD_S if self._full else HEAD_S
+            self._patience = self.loop.call_later(patience, self.transport.close)
+
+    def _should_upgrade(self) -> bool:
+        return not self._full and super()._should_upgrade()
+
+
+async def _come_again(most: int, scope: Message, receive: Receive, send: Send) -> None:
+    """Answer a request on a connection that is one too many."""
+    expected = f"must be at most {most} at once: close others, or come again"
+    await send_answer(refused(RefusedError(TOO_MANY, "connections", expected, "more")), send, close=True)
 
 
 class _Server(uvicorn.Server):
@@ -75,7 +105,13 @@ class _Server(uvicorn.Server):
         yield
 
 
-def run(app: Any, at: socket.socket, ready: Callable[[], None], tls: Certificate | None = None) -> None:
+def run(
+    app: Any,
+    at: socket.socket,
+    ready: Callable[[], None],
+    tls: Certificate | None = None,
+    limits: ServiceLimits | None = None,
+) -> None:
     """Serve an application until Ctrl-C or a signal to end.
 
     Args:
@@ -83,14 +119,20 @@ def run(app: Any, at: socket.socket, ready: Callable[[], None], tls: Certificate
         at: a socket that listens.
         ready: called when requests are answered.
         tls: with it, HTTPS.
+        limits: of connections.
     """
-    asyncio.run(_Server(config_of(app, tls), ready).serve([at]))
+    gc.collect()
+    gc.freeze()  # what has been loaded stays: looking through it again and again would hold up requests
+    asyncio.run(_Server(config_of(app, tls, limits), ready).serve([at]))
 
 
-def config_of(app: Any, tls: Certificate | None = None) -> uvicorn.Config:
+def config_of(
+    app: Any, tls: Certificate | None = None, limits: ServiceLimits | None = None
+) -> uvicorn.Config:
     """How an application is served; with a certificate, by HTTPS.
 
-    Messages are not compressed: each listener would have them compressed anew, though all get the same.
+    Messages are not compressed: each listener would have them compressed anew, though all get the same. Who
+    asks is who is connected: no header says otherwise.
     """
     return uvicorn.Config(
         app,
@@ -98,7 +140,8 @@ def config_of(app: Any, tls: Certificate | None = None) -> uvicorn.Config:
         access_log=False,
         server_header=False,
         date_header=False,
-        http=_Protocol,
+        proxy_headers=False,
+        http=partial(_Protocol, (limits or ServiceLimits()).most_connections),  # type: ignore[arg-type]
         ws="websockets-sansio",
         ws_max_size=2**16,
         ws_per_message_deflate=False,

@@ -42,7 +42,6 @@ _PAPER = tuple(degrees(angle) * (pi / 180) for angle in (PAPER_FIELD_OF_VIEW.lef
 
 _WORLDS = {frame: World(frame) for frame in WORLD_FRAMES}
 
-
 _fov = lru_cache(maxsize=256)(FieldOfView)
 
 
@@ -50,7 +49,7 @@ class _OtherwiseError(Exception):
     """It is written in another way, or wrong."""
 
 
-def quick_snapshot(body: bytes, limits: ServiceLimits) -> SnapshotBody | None:
+def usual_snapshot(body: bytes, limits: ServiceLimits) -> SnapshotBody | None:
     """What `wire.read_snapshots` makes of a body of the usual form; None for any other.
 
     Args:
@@ -132,11 +131,11 @@ def _read(data: Any, body: bytes, limits: ServiceLimits) -> SnapshotBody:
 def _check_texts(ids: list[str], tracks: list[str | None], categories: list[str | None], most: int) -> None:
     """See that names are strings, neither empty nor too long, and none is there twice."""
     named = [name for name in tracks if name is not None]
-    if len(set(ids)) != len(ids) or len(set(named)) != len(named):
-        raise _OtherwiseError
-    for name in (*ids, *named, *{name for name in categories if name is not None}):
+    for name in (*ids, *named, *[name for name in categories if name is not None]):
         if type(name) is not str or not 0 < len(name) <= most:
             raise _OtherwiseError
+    if len(set(ids)) != len(ids) or len(set(named)) != len(named):
+        raise _OtherwiseError
 
 
 def _numbers(rows: list[tuple[float, ...]]) -> FloatArray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import fields
 from typing import Any
 
@@ -13,7 +14,7 @@ from hypothesis import strategies as st
 
 from farm_ar.errors import InputError
 from farm_ar.service.limits import ServiceLimits
-from farm_ar.service.quick import quick_snapshot
+from farm_ar.service.usual_form import usual_snapshot
 from farm_ar.service.wire import SnapshotBody, parsed, read_snapshots
 
 LIMITS = ServiceLimits()
@@ -81,7 +82,7 @@ def same(one: object, other: object) -> bool:
 @given(_body)
 def test_what_is_read_quickly_is_what_is_read(values: dict[str, Any]) -> None:
     body = json.dumps(values, ensure_ascii=False).encode()
-    found = quick_snapshot(body, LIMITS)
+    found = usual_snapshot(body, LIMITS)
     if found is not None:
         expected = slow(body)
         assert not isinstance(expected, str), expected
@@ -93,7 +94,7 @@ def test_the_usual_snapshot_is_read_quickly(frame: str) -> None:
     camera = {**BODY["camera"], "z": 1.0}
     seen = [{**one, "y": one.get("y", 0.0)} for one in BODY["detections"]]
     body = json.dumps({**BODY, "frame": frame, "camera": camera, "detections": seen}).encode()
-    found = quick_snapshot(body, LIMITS)
+    found = usual_snapshot(body, LIMITS)
     assert found is not None
     expected = slow(body)
     assert not isinstance(expected, str)
@@ -146,6 +147,14 @@ OTHERWISE = {
     "many turns": changed(yaw_deg=1e9),
     "two headings": changed(yaw_rad=1.0),
     "a quaternion": several({"x": 1, "z": 1, "quaternion": [0, 0, 0, 1]}),
+    "a list for an id": changed(id=[]),
+    "an object for an id": changed(id={}),
+    "a list for a category": changed(category=["chair"]),
+    "an object for a category": changed(category={}),
+    "a list for a track": changed(track_id=[1]),
+    "a list for a number": changed(x=[1]),
+    "lists for sides": changed(size_whd=[[1], [1], [1]]),
+    "a list for a frame": json.dumps({**BODY, "frame": ["unity"]}).encode(),
     "two sides": changed(size_whd=[1, 1]),
     "a side of 0": changed(size_whd=[1, 0, 1]),
     "text of three for a size": changed(size_whd="abc"),
@@ -174,4 +183,33 @@ OTHERWISE = {
 
 @pytest.mark.parametrize("name", OTHERWISE)
 def test_what_is_written_otherwise_is_left_to_who_says_what_is_wrong(name: str) -> None:
-    assert quick_snapshot(OTHERWISE[name], LIMITS) is None
+    assert usual_snapshot(OTHERWISE[name], LIMITS) is None
+
+
+TOKEN = re.compile(rb'"[^"]*"|-?[0-9.]+|[][{}:,]')
+ODD = [
+    *rb'null true [] {} [1] {"x":1} "" "x" " { } [ ] : , "x":1,"x" "a:b" "\u0061" /**/'.split(),
+    *b"-0 -0.0 1e400 5e-324 1E5 +1 01 .5 1. 18446744073709551616 NaN".split(),
+    *(b"", b"\x00", b"\xff", b"\xef\xbb\xbf", b'"\xc3\xbc"', b"\xc2\xa0"),
+]
+
+
+@given(
+    st.lists(st.tuples(st.integers(0, 200), st.sampled_from(ODD)), min_size=1, max_size=3),
+    st.sampled_from(["unity", "openxr", "ros"]),
+)
+def test_whatever_is_changed_in_it_is_read_alike_or_left(
+    changes: list[tuple[int, bytes]], frame: str
+) -> None:
+    body = json.dumps(
+        {**BODY, "frame": frame, "camera": {**BODY["camera"], "fov_up_deg": 20, "fov_down_deg": 9}}
+    )
+    tokens = TOKEN.findall(body.encode())
+    for place, odd in changes:
+        tokens[place % len(tokens)] = odd
+    changed_body = b" ".join(tokens)
+    found = usual_snapshot(changed_body, LIMITS)
+    if found is not None:
+        expected = slow(changed_body)
+        assert not isinstance(expected, str), expected
+        assert same(tuple(found), tuple(expected))
