@@ -42,6 +42,28 @@ def test_a_headset_wrong_about_its_pose_sees_the_same_from_there(rng):
         np.testing.assert_allclose(other.camera.position - one.camera.position, error[:2, b])
 
 
+def test_what_a_detector_says_of_its_errors_goes_along_with_the_headset(rng):
+    """Along the line of sight and across it they are as they were; only the line is turned."""
+    scene = builtin_scene("classroom")
+    batch = replace(EXACT, measured=True).through(scene, STILL, 1, rng).snapshots
+    after = drifted(batch, np.array([[0.2], [-0.1], [1.0]]) * np.ones(len(batch)))
+
+    def along_and_across(snapshot):
+        offset = snapshot.detections.position - snapshot.camera.position
+        sight = offset / np.linalg.norm(offset, axis=1)[:, None]
+        frame = np.stack([sight, sight @ [[0, -1], [1, 0]]], axis=1)
+        place = snapshot.detections.uncertainty.covariance[:, :2, :2]
+        return frame @ place @ np.swapaxes(frame, 1, 2)
+
+    for b in np.flatnonzero(batch.count)[::5]:
+        one, other = batch.snapshot(int(b)), after.snapshot(int(b))
+        shape = along_and_across(one)
+        np.testing.assert_allclose(along_and_across(other), shape, atol=1e-9)
+        assert not np.allclose(shape[:, 0, 0], shape[:, 1, 1]), "errors along the line of sight are others"
+        apart = other.detections.uncertainty.runner_up_yaw - one.detections.uncertainty.runner_up_yaw
+        np.testing.assert_allclose(np.cos(apart - 1.0), 1.0)
+
+
 def test_what_is_detected_is_wholly_in_the_true_cameras_view(rng):
     walked = EXACT.through(builtin_scene("pantry"), LayoutNoise.of(0.3, 30), 2, rng)
     every = walked.layouts.placed(walked.layouts.position[:, None], walked.layouts.yaw[:, None])

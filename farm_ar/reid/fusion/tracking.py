@@ -13,7 +13,8 @@ from farm_ar.errors import SnapshotError
 from farm_ar.geometry import diameter, wrap
 from farm_ar.reid.answers import Assurance, Identification
 from farm_ar.reid.base import Reidentifier, as_reidentifier
-from farm_ar.reid.fusion.association import Association, Seen, associate, mean_yaw
+from farm_ar.reid.fusion.association import Association, associate, mean_place, mean_yaw
+from farm_ar.reid.fusion.joining import Precision, Seen, precision_of
 from farm_ar.scenes import UNKNOWN, Camera, Detections, Snapshot, Uncertainty
 
 
@@ -23,9 +24,10 @@ class Tracking(Record):
 
     Args:
         identifications: the answer to each snapshot in the light of all.
-        objects: what was detected, each once: the mean of its detections.
+        objects: what was detected, each once: the mean of its detections, exact ones counting more.
         object_of: T arrays, which object each detection is of.
-        position_sd: (K,) of each coordinate of an object's place, metres; NaN after a single snapshot.
+        position_sd: (K,) of each coordinate of an object's place, metres, were the errors of its detections
+            independent; NaN after a single snapshot.
         yaw_sd: (K,) of its heading, radians; likewise.
         identification: the answer for the objects. Its `probability` is what each label is believed to be.
     """
@@ -117,14 +119,14 @@ def track(reid: Reidentifier, snapshots: Sequence[Snapshot]) -> Tracking:
     found = _associated(snapshots)
     count = np.array([len(one.detections) for one in snapshots])
     object_of = tuple(np.split(found.object_of, np.cumsum(count)[:-1]))
-    objects, number = _fused(snapshots, found.object_of)
+    objects, precision = _fused(snapshots, found)
     answer = as_reidentifier(reid).identify_objects(objects, [one.camera for one in snapshots])
     return Tracking(
         identifications=tuple(_share(answer, index) for index in object_of),
         objects=objects,
         object_of=object_of,
-        position_sd=found.position_sd / np.sqrt(number),
-        yaw_sd=found.yaw_sd / np.sqrt(number),
+        position_sd=found.position_sd / np.sqrt(_of_each_coordinate(precision.place)),
+        yaw_sd=found.yaw_sd / np.sqrt(precision.turn),
         identification=answer,
     )
 
@@ -139,7 +141,7 @@ def objects_of(snapshots: Sequence[Snapshot]) -> tuple[Detections, tuple[IntArra
         return snapshots[0].detections, (np.arange(len(snapshots[0].detections)),)
     found = _associated(snapshots)
     count = np.array([len(one.detections) for one in snapshots])
-    objects, _ = _fused(snapshots, found.object_of)
+    objects, _ = _fused(snapshots, found)
     return objects, tuple(np.split(found.object_of, np.cumsum(count)[:-1]))
 
 
@@ -161,6 +163,7 @@ def _associated(snapshots: Sequence[Snapshot]) -> Association:
         position,
         np.concatenate([np.where(_rivals(one)[1] > 0, np.nan, one.yaw) for one in seen]),
         np.log(np.concatenate([one.size for one in seen])),
+        np.concatenate([_known(one).covariance for one in seen]),
     )
     return associate(every, _area(position, [one.camera for one in snapshots]))
 
@@ -172,8 +175,8 @@ def _area(position: FloatArray, cameras: Sequence[Camera]) -> float:
     return math.pi / 4 * across**2
 
 
-def _fused(snapshots: Sequence[Snapshot], object_of: IntArray) -> tuple[Detections, FloatArray]:
-    """The objects, each at the mean of its detections, and of how many detections each is."""
+def _fused(snapshots: Sequence[Snapshot], found: Association) -> tuple[Detections, Precision]:
+    """The objects, each at the mean of its detections, and how exactly each is known."""
     seen = [one.detections for one in snapshots]
     category = [name for one in seen for name in one.category]
     every = {
@@ -181,29 +184,46 @@ def _fused(snapshots: Sequence[Snapshot], object_of: IntArray) -> tuple[Detectio
         for name in ("position", "yaw", "size", "elevation", "confidence")
     }
     rivals = [np.concatenate(column) for column in zip(*map(_rivals, seen), strict=True)]
-    number = np.bincount(object_of).astype(np.float64) if len(object_of) else np.zeros(0)
-    groups = [np.flatnonzero(object_of == k) for k in range(len(number))]
+    covariance = np.concatenate([_known(one).covariance for one in seen])
+    place, turn = precision_of(covariance, found.position_sd, found.yaw_sd)
+    groups = [np.flatnonzero(found.object_of == k) for k in range(found.object_of.max(initial=-1) + 1)]
     known = [[category[i] for i in group if category[i] is not None] for group in groups]
+    precision = Precision(
+        np.array([place[group].sum(axis=0) for group in groups]).reshape(-1, 3),
+        np.array([turn[group].sum() for group in groups]),
+    )
     objects = Detections(
         category=tuple(names[0] if names else None for names in known),
-        position=np.array([every["position"][group].mean(axis=0) for group in groups]),
-        yaw=np.array([settled_yaw(every["yaw"][group], *(r[group] for r in rivals)) for group in groups]),
+        position=np.array([mean_place(every["position"][group], place[group]) for group in groups]),
+        yaw=np.array(
+            [settled_yaw(every["yaw"][group], turn[group], *(r[group] for r in rivals)) for group in groups]
+        ),
         size=np.array([_mean_size(every["size"][group]) for group in groups]),
         elevation=np.array([every["elevation"][group].mean() for group in groups]),
         confidence=np.array([every["confidence"][group].max() for group in groups]),
         tilt=_mean_tilts(seen, groups),
-        uncertainty=_mean_uncertainty(seen, groups),
+        uncertainty=_mean_uncertainty(seen, groups, found),
     )
-    return objects, number
+    return objects, precision
+
+
+def _of_each_coordinate(precision: FloatArray) -> FloatArray:
+    """(K,) inverses of the mean variances of x and z, from precisions (K, 3) of places."""
+    xx, xz, zz = precision.T
+    return np.asarray(2 * (xx * zz - xz * xz) / (xx + zz))
+
+
+def _known(seen: Detections) -> Uncertainty:
+    return seen.uncertainty or Uncertainty.unknown(len(seen))
 
 
 def _rivals(seen: Detections) -> tuple[FloatArray, FloatArray]:
     """(N,) second most probable headings, and their probabilities, 0 where there is none."""
-    known = seen.uncertainty or Uncertainty.unknown(len(seen))
+    known = _known(seen)
     return known.runner_up_yaw, np.nan_to_num(known.runner_up_weight)
 
 
-def settled_yaw(yaw: FloatArray, rival: FloatArray, weight: FloatArray) -> float:
+def settled_yaw(yaw: FloatArray, precision: FloatArray, rival: FloatArray, weight: FloatArray) -> float:
     """The mean heading of K detections of one thing, radians, of which some may be their second headings.
 
     Each heading that is known is tried as the thing's; the one that explains all best decides which of its
@@ -211,18 +231,19 @@ def settled_yaw(yaw: FloatArray, rival: FloatArray, weight: FloatArray) -> float
 
     Args:
         yaw: (K,) radians; NaN where not known.
+        precision: (K,) what each counts.
         rival: (K,) second most probable headings, radians; NaN where there is none.
         weight: (K,) their probabilities.
     """
     tried = np.concatenate([yaw[~np.isnan(yaw)], rival[weight > 0]])
     if not (weight > 0).any() or not len(tried):
-        return mean_yaw(yaw)
+        return mean_yaw(yaw, precision)
     other = np.abs(wrap(yaw - tried[:, None])) > np.abs(
         wrap(np.where(weight > 0, rival, yaw) - tried[:, None])
     )
     best = int(np.where(other, np.log(np.maximum(weight, 1e-9)), np.log1p(-weight)).sum(axis=1).argmax())
     meant = np.where(other[best], rival, yaw)
-    return mean_yaw(meant)
+    return mean_yaw(meant, precision)
 
 
 def _mean_tilts(seen: Sequence[Detections], groups: Sequence[IntArray]) -> FloatArray | None:
@@ -230,24 +251,32 @@ def _mean_tilts(seen: Sequence[Detections], groups: Sequence[IntArray]) -> Float
     if all(one.tilt is None for one in seen):
         return None
     every = np.concatenate([np.zeros((len(one), 2)) if one.tilt is None else one.tilt for one in seen])
-    return np.array([[mean_yaw(every[group, k]) for k in range(2)] for group in groups])
+    return np.array([[mean_yaw(every[group, k], np.ones(len(group))) for k in range(2)] for group in groups])
 
 
-def _mean_uncertainty(seen: Sequence[Detections], groups: Sequence[IntArray]) -> Uncertainty | None:
+def _mean_uncertainty(
+    seen: Sequence[Detections], groups: Sequence[IntArray], found: Association
+) -> Uncertainty | None:
     """That of objects; None where no detector knows any.
 
-    The errors of one thing's detections may be the same in all, so that their mean is known no better than
-    each. A second heading is that of a detection alone.
+    The errors of one thing's detections may be the same in all: as large as the common noise, which lasts, or
+    the detector's own. So their mean is known no better than by the mean of their precisions, whatever their
+    errors have in common (covariance intersection, Julier and Uhlmann 1997). Of things of which no detection
+    says anything, nothing is said. A second heading is that of a detection alone.
     """
     if all(one.uncertainty is None for one in seen):
         return None
-    every = [one.uncertainty or Uncertainty.unknown(len(one)) for one in seen]
+    every = [_known(one) for one in seen]
     covariance, visible, yaw, weight = (
         np.concatenate([getattr(one, field.name) for one in every]) for field in fields(Uncertainty)
     )
+    common = np.diag([found.position_sd**2, found.position_sd**2, found.yaw_sd**2])
+    inverse = np.linalg.inv(covariance + common)
+    mean = np.array([np.linalg.inv(inverse[group].mean(axis=0)) for group in groups]).reshape(-1, 3, 3)
+    nothing = np.array([not covariance[group].any() for group in groups], dtype=bool)
     single = [group if len(group) == 1 else group[:0] for group in groups]
     return Uncertainty(
-        np.array([covariance[group].mean(axis=0) for group in groups]).reshape(-1, 3, 3),
+        np.where(nothing[:, None, None], 0.0, (mean + np.swapaxes(mean, -1, -2)) / 2),
         np.array([visible[group].max() for group in groups]),
         np.array([yaw[group].sum() if len(group) else np.nan for group in single]),
         np.array([weight[group].sum() if len(group) else np.nan for group in single]),

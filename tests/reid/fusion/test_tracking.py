@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from farm_ar.errors import SnapshotError
 from farm_ar.reid import AdaptiveReid, Identification, SpatialOptions, SpatialReid
 from farm_ar.reid.answers import Assurance
-from farm_ar.reid.fusion.tracking import Whereabouts, track
+from farm_ar.reid.fusion.tracking import Whereabouts, objects_of, track
 from farm_ar.scenes import (
     Camera,
     Detections,
@@ -20,6 +20,7 @@ from farm_ar.scenes import (
     LayoutNoise,
     Scene,
     Snapshot,
+    Uncertainty,
     builtin_scene,
     observe,
 )
@@ -253,3 +254,98 @@ def test_a_subclass_made_of_a_scene_alone_considers_all_sites_of_a_sequence() ->
     near, every = Near(scene), SpatialReid(scene)
     assert track(near, seen).identification.labels == track(every, seen).identification.labels
     assert near.options.threshold == 0.0
+
+
+def saying(snapshot: Snapshot, covariance: np.ndarray) -> Snapshot:
+    """The snapshot with a detector that says how exact it is."""
+    known = replace(Uncertainty.unknown(len(snapshot.detections)), covariance=covariance)
+    return replace(snapshot, detections=replace(snapshot.detections, uncertainty=known))
+
+
+def exact_and_vague(rng: np.random.Generator) -> list[Snapshot]:
+    """Snapshots of chairs with errors of which each detection says how large they are, and where to."""
+    scene, found = builtin_scene("M2"), []
+    for one, _ in turning_head(scene, disturbed(scene, rng), rng, 8):
+        seen = one.detections
+        root = rng.normal(0, 0.02, (len(seen), 3, 3)) * 10.0 ** rng.uniform(-1.5, 0.5, (len(seen), 1, 1))
+        error = np.einsum("nij,nj->ni", root, rng.normal(0, 1, (len(seen), 3)))
+        moved = replace(seen, position=seen.position + error[:, :2], yaw=seen.yaw + error[:, 2])
+        found.append(saying(replace(one, detections=moved), root @ np.swapaxes(root, 1, 2)))
+    return found
+
+
+@SEQUENCES
+@given(
+    SEEDS,
+    st.floats(-3, 3),
+    st.floats(0.05, 20),
+    st.tuples(st.floats(-30, 30), st.floats(-30, 30)),
+)
+def test_objects_do_not_depend_on_where_the_world_begins_how_it_is_turned_and_in_which_unit(
+    seed: int, turn: float, scale: float, shift: tuple[float, float]
+) -> None:
+    """Detections' covariances go along: their places are shifted, turned and measured in other units."""
+    seen = exact_and_vague(np.random.default_rng(seed))
+    cosine, sine = np.cos(turn), np.sin(turn)
+    rotation = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+    unit = np.diag([scale, scale, 1.0]) @ rotation
+
+    def moved(one: Snapshot) -> Snapshot:
+        assert one.detections.uncertainty is not None
+        covariance = unit @ one.detections.uncertainty.covariance @ unit.T
+        fov = replace(one.camera.fov, range_m=scale * one.camera.fov.range_m)
+        camera = replace(
+            one.camera,
+            position=unit[:2, :2] @ one.camera.position + shift,
+            yaw=one.camera.yaw + turn,
+            fov=fov,
+        )
+        poses = replace(
+            one.detections,
+            position=one.detections.position @ unit[:2, :2].T + shift,
+            yaw=one.detections.yaw + turn,
+            size=scale * one.detections.size,
+        )
+        return saying(Snapshot(camera, poses), (covariance + np.swapaxes(covariance, 1, 2)) / 2)
+
+    (here, of), (there, of_moved) = objects_of(seen), objects_of([moved(one) for one in seen])
+    assert [one.tolist() for one in of] == [one.tolist() for one in of_moved]
+    assert_allclose(there.position, here.position @ unit[:2, :2].T + shift, atol=1e-6 * scale)
+    assert_allclose(np.cos(there.yaw - here.yaw - turn), 1.0)
+    assert here.uncertainty is not None
+    assert there.uncertainty is not None
+    expected = unit @ here.uncertainty.covariance @ unit.T
+    assert_allclose(there.uncertainty.covariance, expected, rtol=1e-6, atol=1e-9 * scale**2)
+
+
+def test_an_object_stands_where_its_exact_detections_are() -> None:
+    """One within a millimetre beside three that are 6 cm off and say so; from each side."""
+    camera = Camera(np.zeros(2), np.array(0.0), FieldOfView.symmetric(np.deg2rad(60), 5.0))
+
+    def seen_at(x: float, sd: float) -> Snapshot:
+        one = Detections(("chair",) * 2, np.array([[x, 2.0], [x + 1, 2.0]]), np.zeros(2), np.ones((2, 3)))
+        return saying(Snapshot(camera, one), np.tile(np.diag([sd**2, sd**2, 0.01]), (2, 1, 1)))
+
+    vague = [seen_at(1.06, 0.06)] * 3
+    objects, _ = objects_of([*vague, seen_at(1.0, 0.001)])
+    assert len(objects) == 2
+    assert_allclose(objects.position[0], [1.0, 2.0], atol=0.01)
+    assert objects.uncertainty is not None
+    sd = np.sqrt(objects.uncertainty.covariance[0, 0, 0])
+    assert 0.001 < sd < 0.03, "as exact as the exact one counts, not as their mean"
+
+
+def test_saying_nothing_of_errors_is_as_saying_that_they_are_zero() -> None:
+    """To the bit: what is not known is what is common to all detections."""
+    rng = np.random.default_rng(3)
+    scene = builtin_scene("M2")
+    noise = Detector(position_sd=0.02, yaw_sd=0.05)
+    plain = [one for one, _ in turning_head(scene, disturbed(scene, rng), rng, 6, noise)]
+    zeros = [saying(one, np.zeros((len(one.detections), 3, 3))) for one in plain]
+    first, second = track(SpatialReid(scene), plain), track(SpatialReid(scene), zeros)
+    assert first.objects.position.tobytes() == second.objects.position.tobytes()
+    assert first.objects.yaw.tobytes() == second.objects.yaw.tobytes()
+    assert first.position_sd.tobytes() == second.position_sd.tobytes()
+    assert first.identification.labels == second.identification.labels
+    assert second.objects.uncertainty is not None
+    assert not second.objects.uncertainty.covariance.any()
