@@ -37,9 +37,15 @@ SEEING: Mapping[str, Mapping[str, Any]] = MappingProxyType(
         "chairs hide nothing": {"detector": replace(DETECTOR, occlusion=False)},
         "looking past tables nearer than 3 m": {"nearest_m": 3.0},
         "both": {"detector": replace(DETECTOR, occlusion=False), "nearest_m": 3.0},
+        "looking at the middle of the room": {"look": "middle"},
+        "the same, chairs hide nothing": {
+            "look": "middle",
+            "detector": replace(DETECTOR, occlusion=False),
+        },
     }
 )
-"""Ways of seeing more: the paper counts chairs whose boxes are wholly in view, and names no occlusion."""
+"""Ways of seeing more: the paper counts chairs whose boxes are wholly in view, and names no occlusion, nor
+where the person looked; its Figs. 10 and 12 show a whole room in one view, or in two."""
 
 
 SIMULATED = (
@@ -173,7 +179,8 @@ def with_more_seen(seed: int, scene: str, walks: int, rate: float) -> list[Row]:
     """A unit of Table 5's SDs: what the paper's method does with more chairs a frame, shifts fitted anew.
 
     Returns:
-        For each way of seeing in `SEEING`: chairs a frame, and (walks,) SDs over the frames of each layout.
+        For each way of seeing in `SEEING`: chairs a frame; (walks,) SDs over the frames of each layout; the
+        share of all frames that are all right; (walks,) whether 100% is the most frequent of a layout.
     """
     room, reid = builtin_scene(scene), SpatialReid(builtin_scene(scene))
     rows: list[Row] = []
@@ -185,8 +192,16 @@ def with_more_seen(seed: int, scene: str, walks: int, rate: float) -> list[Row]:
             return walk.through(room, LayoutNoise.of(shift_m, HEADINGS[0]), walks, rng).snapshots
 
         batch = seen(fitted_shift(room, seen, TABLE_5[scene][0] / 100))
-        sd = sds_of_layouts(alone(reid, batch).reshape(walks, -1))
-        rows.append({"seeing": name, "detections": float(batch.count[batch.count > 0].mean()), "sd": sd})
+        accuracy = alone(reid, batch).reshape(walks, -1)
+        rows.append(
+            {
+                "seeing": name,
+                "detections": float(batch.count[batch.count > 0].mean()),
+                "sd": sds_of_layouts(accuracy),
+                "all_right": float(shares_of(accuracy)[-1]),
+                "most_right": np.array([int(shares_of(one).argmax() == 10) for one in accuracy]),
+            }
+        )
     return rows
 
 
@@ -195,12 +210,19 @@ def sds_of_layouts(accuracy: FloatArray) -> FloatArray:
     return np.asarray(np.nanstd(accuracy, axis=1))
 
 
+def shares_of(accuracy: FloatArray) -> FloatArray:
+    """(11,) shares of the frames whose accuracy is nearest to 0%, 10%, ... 100%."""
+    known = accuracy[np.isfinite(accuracy)]
+    return np.bincount(np.rint(10 * known).astype(int), minlength=11) / max(1, len(known))
+
+
 def with_one_shift(seed: int, scene: str, shift_m: float, walks: int) -> Row:
-    """A unit of Table 5's order of the rooms: mean accuracy of the paper's method."""
+    """A unit of Table 5's order of the rooms: (walks,) mean accuracies of the paper's method by layout."""
     room = builtin_scene(scene)
     rng = piece_rng(seed, 56, ROOMS.index(scene))
     batch = Walk().through(room, LayoutNoise.of(shift_m, HEADINGS[0]), walks, rng).snapshots
-    return {"mean": mean_and_sd(alone(SpatialReid(room), batch))[0]}
+    accuracy = alone(SpatialReid(room), batch)
+    return {"mean": mean_and_sd(accuracy)[0], "means": np.nanmean(accuracy.reshape(walks, -1), axis=1)}
 
 
 def solve_times(seed: int, scene: str, shift_m: float, frames: int) -> Outcome:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -63,7 +63,8 @@ class Walk:
         eye_m: height of the eyes above the floor, metres.
         speed: along the scene's camera path, metres a second.
         frames_per_second: frames that are identified.
-        nearest_m: tables nearer than this are looked past, metres.
+        look: at what: `"table"`, the nearest one ahead, or `"middle"`, that of all tables.
+        nearest_m: what is nearer than this is looked past, metres.
         look_m: height of what is looked at, metres: the middle of a chair.
         sway: SD of the heading about what is looked at, radians; the pitch sways half as much.
         sway_s: how long a glance lasts, seconds.
@@ -78,6 +79,7 @@ class Walk:
     eye_m: float = 1.65
     speed: float = 0.7
     frames_per_second: float = 2.0
+    look: Literal["table", "middle"] = "table"
     nearest_m: float = 1.5
     look_m: float = 0.45
     sway: float = float(np.deg2rad(8.0))
@@ -106,14 +108,16 @@ class Walk:
         )
 
     def gaze(self, along: Camera, tables: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """(P,) headings and pitches of somebody who walks and looks at the nearest table ahead, radians.
+        """(P,) headings and pitches of somebody who walks and looks at what `look` says, radians.
 
-        A table nearer than `nearest_m` is looked past. Where none is ahead, the look goes along the path.
+        What is nearer than `nearest_m` is looked past: then, and where no table is ahead, the look goes along
+        the path.
         """
-        offset = tables - along.position[:, None]  # (P, K, 2)
+        targets = tables if self.look == "table" else tables.mean(axis=0)[None]
+        offset = targets - along.position[:, None]  # (P, K, 2)
         away = np.hypot(offset[..., 0], offset[..., 1])
         ahead = np.abs(wrap(heading(offset) - along.yaw[:, None])) < np.pi / 2
-        away = np.where(ahead & (away > self.nearest_m), away, np.inf)
+        away = np.where((ahead | (self.look == "middle")) & (away > self.nearest_m), away, np.inf)
         target, some = away.argmin(axis=1), np.isfinite(away).any(axis=1)
         chosen = offset[np.arange(len(target)), target]
         far = np.where(some, np.hypot(chosen[:, 0], chosen[:, 1]), 4.0)

@@ -92,6 +92,20 @@ def test_the_person_looks_down_at_the_nearest_table_ahead():
         assert np.tan(pitch[p]) == pytest.approx((0.45 - 1.65) / away[table])
 
 
+def test_the_person_may_look_at_the_middle_of_the_room_instead():
+    scene, walk = builtin_scene("classroom"), Walk(look="middle", nearest_m=3.0)
+    along = scene.camera_path.cameras(40)
+    yaw, pitch = walk.gaze(along, scene.site_positions)
+    offset = scene.site_positions.mean(axis=0) - along.position
+    away = np.hypot(*offset.T)
+    far = away > walk.nearest_m
+    assert 0 < far.sum() < 40
+    toward = away[:, None] * np.column_stack([np.sin(yaw), np.cos(yaw)])
+    np.testing.assert_allclose(toward[far], offset[far])
+    np.testing.assert_allclose(np.tan(pitch[far]), (0.45 - 1.65) / away[far])
+    assert (yaw[~far] == along.yaw[~far]).all()
+
+
 def test_the_display_shows_fewer_chairs_than_the_camera(rng):
     scene = builtin_scene("classroom")
     counts = [

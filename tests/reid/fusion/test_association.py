@@ -264,3 +264,44 @@ def test_what_is_shared_by_many_snapshots_counts_in_the_noise_of_the_objects() -
     found = associate(near_and_far(np.random.default_rng(0), 0.03)[0], area=6.0)
     assert 0.01 < found.position_sd < 0.1
     assert associate(near_and_far(np.random.default_rng(0), 0.0)[0], area=6.0).position_sd < 0.01
+
+
+@settings(deadline=None, max_examples=20 * settings().max_examples // 50)
+@given(SEEDS)
+def test_the_two_that_gain_most_are_joined_first(seed: int) -> None:
+    """As by looking at all pairs anew after each merger, all means from scratch."""
+    rng = np.random.default_rng(seed)
+    rows, _ = detected(rng, objects=4, snapshots=4, position_sd=0.2)
+    seen = Seen(*rows)._replace(covariance=covariances(rng, len(rows[0]), 0.1))
+    noise, apart, n = Noise(0.1, 0.2, 0.1, 6.0), apart_of(seen), len(seen.yaw)
+    object_of, expected = np.arange(n), np.arange(n)
+    total = join(seen, apart, noise, object_of)
+    precision, sum_of_gains = precision_of(seen.covariance, 0.1, 0.2), 0.0
+    while True:
+        groups = [np.flatnonzero(expected == k) for k in range(n)]
+        best, pair = 0.0, (-1, -1)
+        for a in range(n):
+            for b in range(a):
+                one, other = groups[a], groups[b]
+                if not len(one) or not len(other) or apart[np.ix_(one, other)].any():
+                    continue
+                objects = Objects(
+                    np.array([len(one), len(other)], dtype=float),
+                    Precision(
+                        np.array([precision.place[group].sum(axis=0) for group in (one, other)]),
+                        np.array([precision.turn[group].sum() for group in (one, other)]),
+                    ),
+                    np.array([mean_place(seen.position[g], precision.place[g]) for g in (one, other)]),
+                    np.array([mean_yaw(seen.yaw[g], precision.turn[g]) for g in (one, other)]),
+                    np.zeros((2, 3)),
+                )
+                gained = gain(objects, 0, 1, noise)
+                gained += math.log(math.comb(len(one) + len(other), len(one)))
+                if gained > best:
+                    best, pair = gained, (a, b)
+        if pair[0] < 0:
+            break
+        sum_of_gains += best
+        expected[groups[pair[0]]] = pair[1]
+    assert object_of.tolist() == expected.tolist()
+    assert_allclose(total, sum_of_gains, rtol=1e-9, atol=1e-9)
