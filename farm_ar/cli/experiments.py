@@ -33,11 +33,12 @@ EXPERIMENTS = (
 
 def reproduce(
     what: Annotated[
-        str,
+        list[str] | None,
         typer.Argument(
-            metavar="WHAT", help=f"One of {', '.join(EXPERIMENTS)}. Or any table or figure of the paper."
+            metavar="[WHAT]...",
+            help=f"One of {', '.join(EXPERIMENTS)}. Or any table or figure of the paper, or several.",
         ),
-    ] = "all",
+    ] = None,
     scenes: Annotated[
         Path | None,
         typer.Option(metavar="DIR", help="Use its L1.json to H2.json instead of the built-in scenes."),
@@ -82,14 +83,19 @@ def reproduce(
     from farm_ar.experiments import setting_of
     from farm_ar.experiments.catalogue import elsewhere
 
-    line = elsewhere(what)
-    if line is not None:
+    wanted = what or ["all"]
+    for line in filter(None, map(elsewhere, wanted)):
         print_line(line)
+    run_here = [one for one in wanted if elsewhere(one) is None]
+    if not run_here:
         return
-    setting = setting_of(what, scenes=scenes, layouts=layouts, seed=seed, quick=quick, fresh=fresh, reid=reid)
+    chosen = run_here[0] if len(run_here) == 1 else run_here
+    setting = setting_of(
+        chosen, scenes=scenes, layouts=layouts, seed=seed, quick=quick, fresh=fresh, reid=reid
+    )
     make_folder("--out", out)
     with executor_of(executor, workers, address) as units:
-        run(what=what, setting=setting, out=out, console=console(), executor=units)
+        run(what=chosen, setting=setting, out=out, console=console(), executor=units)
 
 
 app = typer.Typer(no_args_is_help=True, help="Inspect the store of a sweep.")

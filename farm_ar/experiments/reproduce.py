@@ -61,8 +61,26 @@ OWN_LAYOUTS = {"headroom": (2, 24), "relations": (1, 8), "sequences": (1, 6)}
 STORE = "sweeps.sqlite"
 
 
+def names_of(what: str | Sequence[str]) -> list[str]:
+    """The experiments that give tables and figures, each once, in the order in which they were named.
+
+    Args:
+        what: names in `EXPERIMENTS`, tables or figures as "Fig. 8", or "all" for those of the paper.
+
+    Raises:
+        OptionError: there is no such experiment.
+    """
+    found: list[str] = []
+    for one in [what] if isinstance(what, str) else what:
+        if one == "all":
+            found += [name for name in EXPERIMENTS if name not in BEYOND_THE_PAPER]
+        else:
+            found.append(known_name("what", experiment_of(one), EXPERIMENTS))
+    return list(dict.fromkeys(found))
+
+
 def setting_of(
-    what: str,
+    what: str | Sequence[str],
     scenes: Path | None = None,
     layouts: int | None = None,
     seed: int = 0,
@@ -73,7 +91,8 @@ def setting_of(
     """The setting in which `reproduce` runs.
 
     Args:
-        what: a name in `EXPERIMENTS`, a table or figure as "Fig. 8", or "all" for those of the paper.
+        what: a name in `EXPERIMENTS`, a table or figure as "Fig. 8", or "all" for those of the paper; or
+            several.
         scenes: folder with L1.json to H2.json to use in place of the built-in scenes.
         layouts: noisy layouts for each noise level; 20 by default, 5 if quick, or as `OWN_LAYOUTS` says.
         seed: where all randomness comes from.
@@ -85,13 +104,15 @@ def setting_of(
         OptionError: an option is out of its limits.
         SceneError: a scene file is missing or cannot be used.
     """
-    if what != "all":
-        what = known_name("what", experiment_of(what), EXPERIMENTS)
+    names = names_of(what)
     if reid is not None:
-        if what not in TAKES_REIDS:
+        if not set(names) <= set(TAKES_REIDS):
             raise OptionError("reid", f"must be given with {', '.join(TAKES_REIDS)} only", reid)
         load_reid(reid)(builtin_scene("L1"))
-    few, many = OWN_LAYOUTS.get(what, (QUICK_LAYOUTS, LAYOUTS))
+    numbers = {OWN_LAYOUTS.get(name, (QUICK_LAYOUTS, LAYOUTS)) for name in names}
+    if len(numbers) > 1 and layouts is None:
+        raise OptionError("layouts", "must be given where experiments have different defaults", layouts)
+    few, many = min(numbers)
     number = layouts if layouts is not None else few if quick else many
     setting = Setting(scenes, number, seed, quick, fresh=fresh, reids=() if reid is None else (reid,))
     _ = setting.scenes  # a file that cannot be used is refused before anything is written
@@ -99,19 +120,20 @@ def setting_of(
 
 
 def reproduce(
-    what: str = "all",
+    what: str | Sequence[str] = "all",
     setting: Setting | None = None,
     out: Path = Path("out"),
     workers: int = 2,
     console: Console | None = None,
     executor: Executor | None = None,
 ) -> list[Report]:
-    """Run one of the paper's experiments or all, and write their files and `summary.md`.
+    """Run one of the paper's experiments, some or all, and write their files and `summary.md`.
 
     What is finished is kept in `sweeps.sqlite` beside them, and not computed again after an interruption.
 
     Args:
-        what: a name in `EXPERIMENTS`, a table or figure as "Fig. 8", or "all" for those of the paper.
+        what: a name in `EXPERIMENTS`, a table or figure as "Fig. 8", or "all" for those of the paper; or
+            several.
         setting: of the experiments; by default `setting_of` it.
         out: folder for the files; made if need be.
         workers: processes that share the work, or 1 to do it in this one; the results do not depend on it.
@@ -123,8 +145,7 @@ def reproduce(
         StoreError: the store cannot be read or written.
         UnfinishedError: some units gave no result; the others are kept, and the other experiments done.
     """
-    all_names = [name for name in EXPERIMENTS if name not in BEYOND_THE_PAPER]
-    names = all_names if what == "all" else [known_name("what", experiment_of(what), EXPERIMENTS)]
+    names = names_of(what)
     setting = setting or setting_of(what)
     console = console or Console(markup=False, highlight=False)
     own = make_executor("process" if workers != 1 else "serial", workers)

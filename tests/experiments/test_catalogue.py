@@ -72,3 +72,23 @@ def test_what_another_command_gives_is_named_with_it(name, tmp_path):
     assert CliRunner().invoke(app, [command[0], "--help"]).exit_code == 0
     with pytest.raises(OptionError, match="must be an experiment"):
         setting_of(name)
+
+
+def test_several_may_be_named_at_once_and_each_runs_once(tmp_path):
+    out = tmp_path / "out"
+    names = ["table4", "Fig. 17", "table1", "fig11"]
+    answer = CliRunner().invoke(app, ["reproduce", *names, "--quick", "--out", str(out)])
+    assert answer.exit_code == 0
+    assert elsewhere("fig17") in answer.stdout
+    summary = (out / "summary.md").read_text()
+    assert [line.split(":")[0] for line in summary.splitlines() if line.startswith("## ")] == [
+        "## Table 4",
+        "## Table 1",
+    ]
+
+
+def test_experiments_of_different_sizes_are_not_run_together_without_a_number_of_layouts():
+    with pytest.raises(OptionError, match="layouts: must be given where experiments have different defaults"):
+        setting_of(["table5", "headroom"])
+    assert setting_of(["table5", "headroom"], layouts=3).layouts == 3
+    assert setting_of(["table5", "fig14"]).layouts == 20
