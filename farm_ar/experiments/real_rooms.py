@@ -14,7 +14,7 @@ from farm_ar.experiments.published import TABLE_4, TABLE_5
 from farm_ar.experiments.setting import Setting, mean_and_sd, piece_rng
 from farm_ar.experiments.walks import DETECTOR, VIEWS, Walk, Walked
 from farm_ar.reid import REIDENTIFIERS, Reidentifier, SpatialOptions, SpatialReid, batch_accuracy
-from farm_ar.reid.fusion import track
+from farm_ar.reid.fusion import track_all
 from farm_ar.scenes import LayoutNoise, Scene, SnapshotBatch, builtin_scene
 from farm_ar.sweeps import Outcome, Row
 
@@ -116,9 +116,9 @@ def walked(seed: int, scene: str, heading: int, view: str, walks: int, rate: flo
         "seen": float(some.mean()),
     }
     rows: list[Row] = []
-    for name in METHODS:
-        reid = REIDENTIFIERS[name](room)
-        for mode, accuracy in ((ALONE, alone(reid, batch)), (FUSED, fused(reid, batch, walks))):
+    reids = [REIDENTIFIERS[name](room) for name in METHODS]
+    for name, reid, together in zip(METHODS, reids, fused(reids, batch, walks), strict=True):
+        for mode, accuracy in ((ALONE, alone(reid, batch)), (FUSED, together)):
             rows.append(
                 {**about, "method": name, "mode": mode, "accuracy": accuracy.reshape(walks, -1).round(6)}
             )
@@ -160,18 +160,18 @@ def alone(reid: Reidentifier, batch: SnapshotBatch) -> FloatArray:
     return batch_accuracy(reid.identify_many(batch).label, batch.truth, batch.count)
 
 
-def fused(reid: Reidentifier, batch: SnapshotBatch, walks: int) -> FloatArray:
-    """(B,) accuracy of each frame in the light of its whole walk."""
-    names = reid.scene.layout.labels
-    accuracy = np.full(len(batch), np.nan)
+def fused(reids: Sequence[Reidentifier], batch: SnapshotBatch, walks: int) -> FloatArray:
+    """(R, B) accuracy of each frame by R methods, in the light of its whole walk."""
+    names = reids[0].scene.layout.labels
+    accuracy = np.full((len(reids), len(batch)), np.nan)
     for frames in np.split(np.arange(len(batch)), walks):
         some = frames[batch.count[frames] > 0]
         if not len(some):
             continue
-        answers = track(reid, [batch.snapshot(int(b)) for b in some]).identifications
-        for b, answer in zip(some, answers, strict=True):
-            right = [g == t for g, t in zip(answer.labels, batch.true_labels(int(b), names), strict=True)]
-            accuracy[b] = np.mean(right)
+        truths = [batch.true_labels(int(b), names) for b in some]
+        for r, found in enumerate(track_all(reids, [batch.snapshot(int(b)) for b in some])):
+            for b, answer, truth in zip(some, found.identifications, truths, strict=True):
+                accuracy[r, b] = np.mean([g == t for g, t in zip(answer.labels, truth, strict=True)])
     return accuracy
 
 

@@ -72,7 +72,7 @@ def test_frames_are_scored_one_by_one_and_in_the_light_of_their_walk(rng):
     room = builtin_scene("pantry")
     reid = SpatialReid(room)
     batch = Walk().through(room, LayoutNoise.of(0.2, 20), 2, rng).snapshots
-    single, together = alone(reid, batch), fused(reid, batch, 2)
+    single, together = alone(reid, batch), fused([reid], batch, 2)[0]
     assert (np.isnan(single) == (batch.count == 0)).all()
     assert (np.isnan(together) == np.isnan(single)).all()
     for b in np.flatnonzero(batch.count)[:20]:

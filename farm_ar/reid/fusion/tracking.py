@@ -112,23 +112,32 @@ def track(reid: Reidentifier, snapshots: Sequence[Snapshot]) -> Tracking:
     Raises:
         SnapshotError: there is no snapshot, or the re-identifier refuses one.
     """
+    return track_all([reid], snapshots)[0]
+
+
+def track_all(reids: Sequence[Reidentifier], snapshots: Sequence[Snapshot]) -> list[Tracking]:
+    """What each of several methods says of the same snapshots, as `track` gives it; grouped once for all."""
     if not snapshots:
         raise SnapshotError("snapshots", "must be at least one", len(snapshots))
     if len(snapshots) == 1:
-        return _alone(reid.identify(snapshots[0]), snapshots[0])
+        return [_alone(reid.identify(snapshots[0]), snapshots[0]) for reid in reids]
     found = _associated(snapshots)
     count = np.array([len(one.detections) for one in snapshots])
     object_of = tuple(np.split(found.object_of, np.cumsum(count)[:-1]))
     objects, precision = _fused(snapshots, found)
-    answer = as_reidentifier(reid).identify_objects(objects, [one.camera for one in snapshots])
-    return Tracking(
-        identifications=tuple(_share(answer, index) for index in object_of),
-        objects=objects,
-        object_of=object_of,
-        position_sd=found.position_sd / np.sqrt(_of_each_coordinate(precision.place)),
-        yaw_sd=found.yaw_sd / np.sqrt(precision.turn),
-        identification=answer,
-    )
+    cameras = [one.camera for one in snapshots]
+    answers = [as_reidentifier(reid).identify_objects(objects, cameras) for reid in reids]
+    return [
+        Tracking(
+            identifications=tuple(_share(answer, index) for index in object_of),
+            objects=objects,
+            object_of=object_of,
+            position_sd=found.position_sd / np.sqrt(_of_each_coordinate(precision.place)),
+            yaw_sd=found.yaw_sd / np.sqrt(precision.turn),
+            identification=answer,
+        )
+        for answer in answers
+    ]
 
 
 def objects_of(snapshots: Sequence[Snapshot]) -> tuple[Detections, tuple[IntArray, ...]]:

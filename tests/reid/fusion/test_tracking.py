@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from farm_ar.errors import SnapshotError
 from farm_ar.reid import AdaptiveReid, Identification, SpatialOptions, SpatialReid
 from farm_ar.reid.answers import Assurance
-from farm_ar.reid.fusion.tracking import Whereabouts, objects_of, track
+from farm_ar.reid.fusion.tracking import Whereabouts, objects_of, track, track_all
 from farm_ar.scenes import (
     Camera,
     Detections,
@@ -349,3 +349,16 @@ def test_saying_nothing_of_errors_is_as_saying_that_they_are_zero() -> None:
     assert first.identification.labels == second.identification.labels
     assert second.objects.uncertainty is not None
     assert not second.objects.uncertainty.covariance.any()
+
+
+def test_several_methods_at_once_say_what_each_says_alone() -> None:
+    scene, rng = builtin_scene("L1"), np.random.default_rng(1)
+    noise = Detector(position_sd=0.02, yaw_sd=0.05)
+    seen = [one for one, _ in turning_head(scene, disturbed(scene, rng), rng, 5, noise)]
+    reids = [SpatialReid(scene), AdaptiveReid(scene)]
+    for snapshots in (seen, seen[:1]):
+        for reid, found in zip(reids, track_all(reids, snapshots), strict=True):
+            alone = track(reid, snapshots)
+            assert found.identification.labels == alone.identification.labels
+            assert found.objects.position.tobytes() == alone.objects.position.tobytes()
+            assert found.position_sd.tobytes() == alone.position_sd.tobytes()
