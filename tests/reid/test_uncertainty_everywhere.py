@@ -103,14 +103,37 @@ def test_a_session_asks_learns_and_remembers_with_it(tmp_path):
 
 
 def test_objects_of_several_snapshots_are_known_no_better_than_each():
-    _, snapshot = world(np.random.default_rng(4))
-    objects = objects_of([snapshot, snapshot, blind(snapshot)])[0]
-    assert len(objects) == len(snapshot.detections)
+    """In no direction; and in those that look equally exact not better than in one, however many they are."""
+    rng = np.random.default_rng(4)
+    _, snapshot = world(rng)
     given = snapshot.detections.uncertainty.covariance
-    np.testing.assert_allclose(
-        np.sort(np.linalg.det(objects.uncertainty.covariance)), np.sort(np.linalg.det(given * 2 / 3))
-    )
+    objects = objects_of([snapshot] * 3)[0]
+    assert len(objects) == len(snapshot.detections)
+    added = objects.uncertainty.covariance - given
+    assert (np.linalg.eigvalsh(added) > 0).all(), "what is common to all comes on top"
+    np.testing.assert_allclose(added, np.broadcast_to(added[0], added.shape), atol=1e-9)
+    assert (np.sqrt(added[0].diagonal()) < [0.01, 0.01, 0.03]).all(), "little, beside 0.25"
     assert np.isnan(objects.uncertainty.runner_up_yaw).all()
+    covariance = rng.uniform(0.2, 5, len(given))[:, None, None] * given[rng.permutation(len(given))]
+    known = replace(snapshot.detections.uncertainty, covariance=covariance)
+    other = replace(snapshot, detections=replace(snapshot.detections, uncertainty=known))
+    mixed = objects_of([snapshot, other])[0].uncertainty.covariance
+    for _ in range(50):
+        way = rng.normal(0, 1, 3)
+        exactness = [np.einsum("i,nij,j->n", way, np.linalg.inv(c), way) for c in (mixed, given, covariance)]
+        assert (exactness[0] <= np.maximum(*exactness[1:]) * (1 + 1e-9)).all()
+
+
+def test_a_detector_that_says_nothing_beside_one_that_does_is_taken_for_as_exact_as_usual():
+    _, snapshot = world(np.random.default_rng(4))
+    given = snapshot.detections.uncertainty.covariance
+    place = np.median((given[:, 0, 0] + given[:, 1, 1]) / 2)
+    usual = np.tile(np.diag([place, place, np.median(given[:, 2, 2])]), (len(given), 1, 1))
+    told = replace(snapshot.detections.uncertainty, covariance=usual)
+    said = replace(snapshot, detections=replace(snapshot.detections, uncertainty=told))
+    first, second = (objects_of([snapshot, snapshot, other])[0] for other in (blind(snapshot), said))
+    assert len(first) == len(second) == len(snapshot.detections)
+    np.testing.assert_allclose(first.uncertainty.covariance, second.uncertainty.covariance, rtol=0.05)
     assert objects_of([blind(snapshot)] * 2)[0].uncertainty is None
 
 

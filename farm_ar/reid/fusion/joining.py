@@ -21,7 +21,7 @@ class Seen(NamedTuple):
         yaw: (D,) radians.
         sides: (D, 3) logarithms of the sides.
         covariance: (D, 3, 3) of what each says of its errors of x, z and yaw, metres and radians; zeros where
-            it says nothing, and all of its error is what is common to all.
+            none says anything, and all errors are what is common to them.
     """
 
     snapshot: IntArray

@@ -172,7 +172,7 @@ def _associated(snapshots: Sequence[Snapshot]) -> Association:
         position,
         np.concatenate([np.where(_rivals(one)[1] > 0, np.nan, one.yaw) for one in seen]),
         np.log(np.concatenate([one.size for one in seen])),
-        np.concatenate([_known(one).covariance for one in seen]),
+        _covariances(seen),
     )
     return associate(every, _area(position, [one.camera for one in snapshots]))
 
@@ -193,8 +193,7 @@ def _fused(snapshots: Sequence[Snapshot], found: Association) -> tuple[Detection
         for name in ("position", "yaw", "size", "elevation", "confidence")
     }
     rivals = [np.concatenate(column) for column in zip(*map(_rivals, seen), strict=True)]
-    covariance = np.concatenate([_known(one).covariance for one in seen])
-    place, turn = precision_of(covariance, found.position_sd, found.yaw_sd)
+    place, turn = precision_of(_covariances(seen), found.position_sd, found.yaw_sd)
     groups = [np.flatnonzero(found.object_of == k) for k in range(found.object_of.max(initial=-1) + 1)]
     known = [[category[i] for i in group if category[i] is not None] for group in groups]
     precision = Precision(
@@ -224,6 +223,16 @@ def _of_each_coordinate(precision: FloatArray) -> FloatArray:
 
 def _known(seen: Detections) -> Uncertainty:
     return seen.uncertainty or Uncertainty.unknown(len(seen))
+
+
+def _covariances(seen: Sequence[Detections]) -> FloatArray:
+    """(D, 3, 3) of all detections; of those that say nothing what is usual of the others, or zeros."""
+    found = np.concatenate([_known(one).covariance for one in seen])
+    said = found.any(axis=(1, 2))
+    if said.any() and not said.all():
+        place = np.median((found[said, 0, 0] + found[said, 1, 1]) / 2)
+        found[~said] = np.diag([place, place, np.median(found[said, 2, 2])])
+    return found
 
 
 def _rivals(seen: Detections) -> tuple[FloatArray, FloatArray]:
@@ -280,7 +289,7 @@ def _mean_uncertainty(
         np.concatenate([getattr(one, field.name) for one in every]) for field in fields(Uncertainty)
     )
     common = np.diag([found.position_sd**2, found.position_sd**2, found.yaw_sd**2])
-    inverse = np.linalg.inv(covariance + common)
+    inverse = np.linalg.inv(_covariances(seen) + common)
     mean = np.array([np.linalg.inv(inverse[group].mean(axis=0)) for group in groups]).reshape(-1, 3, 3)
     nothing = np.array([not covariance[group].any() for group in groups], dtype=bool)
     single = [group if len(group) == 1 else group[:0] for group in groups]
