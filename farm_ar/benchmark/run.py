@@ -22,11 +22,11 @@ AUTHORS = "FARM_AR_PAPER_SCENES"
 
 @dataclass(frozen=True)
 class Request:
-    """What is asked of a benchmark.
+    """The options of a benchmark.
 
     Args:
         methods: names, as `load_reid` takes them.
-        quick: whether only the first snapshots of each row are asked.
+        quick: whether only the first snapshots of each row are used.
         rows: names of rows; None for all.
         data: a folder of snapshots in place of the frozen suite.
         scored: files of answers that are scored, too.
@@ -70,7 +70,7 @@ def run_benchmark(
     """Put the snapshots to the methods and the simple ones, and score the answers.
 
     Args:
-        request: what is asked.
+        request: the options.
         store: the file that keeps what is finished.
         executor: where the work is done.
         watch: is called with the progress.
@@ -107,12 +107,12 @@ def run_benchmark(
 
 
 def _whole(request: Request) -> bool:
-    """Whether the whole benchmark is asked for, the breaking effort with it."""
+    """Whether it is the whole benchmark, with the breaking effort."""
     return request.data is None and request.rows is None
 
 
 def _sources(request: Request) -> list[tuple[Source, Suite]]:
-    """Where the snapshots come from, and those rows that are asked for."""
+    """Where the snapshots come from, and the rows that are selected."""
     if request.data is not None:
         suite = read_folder(request.data)
         for row in suite.rows:

@@ -178,7 +178,7 @@ def identify(
 
 
 class Asked(NamedTuple):
-    """What is asked for: the scene, the method's name, and what is shown of an answer, and how."""
+    """A request: the scene, the method's name, and what is shown of an answer, and how."""
 
     scene: Scene
     reid: str
@@ -190,7 +190,7 @@ class Asked(NamedTuple):
     line: int | None = None
     """The line of a stream that is answered, with JSON in one line."""
     photo: Photo | None = None
-    """The image, where it is one that is asked about."""
+    """The image, if it is one that is identified."""
 
 
 def _seen(

@@ -161,7 +161,7 @@ def train_beside(run: Run, seeds: range, home: Path, units: Executor) -> None:
 
 
 def refuse_others(context: typer.Context) -> None:
-    """See that nothing is asked of a run that goes on which it would not heed.
+    """Refuse options that a run that goes on would ignore.
 
     Raises:
         OptionError: an option is given that the run has already.

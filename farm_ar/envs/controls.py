@@ -1,4 +1,4 @@
-"""The ways to play a visit: by whole moves, or by steering the hand."""
+"""The ways to play a visit: by whole moves, or by velocity control of the hand."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ class MoveControl:
 
 
 class HandControl:
-    """The hand, steered.
+    """Velocity control of the hand.
 
     Args:
         action: what an action means.

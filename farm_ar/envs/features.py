@@ -34,7 +34,7 @@ NO_RIVAL = 2.0
 
 
 class Parts(NamedTuple):
-    """The parts of a state observation, objects in the order in which they are met; `observations` says more.
+    """The parts of a state observation, objects in the agent's order; `observations` says more.
 
     Args:
         position: (M, 2).
@@ -208,7 +208,7 @@ class Features:
         self._seen_of: tuple[World, float, Layout, Camera] | None = None
 
     def meet(self, layout: Layout, order: IntArray) -> None:
-        """From now on the objects are met in another order, (M,)."""
+        """From now on the objects have another order, (M,)."""
         introduce(order, layout.category_code, layout.fixed, self._objects)
         self._found.pose[:], self._seen_of = np.nan, None
 
@@ -260,7 +260,7 @@ def read_table(
         places: (M, 3 or more) where objects are: x, z, pymunk's angle.
         believed: where their labels are believed to be.
         eyes: (1,) the camera, as `visibility.eyes_of` has it.
-        objects: as they are met.
+        objects: in the agent's order.
         room: what does not change.
         found: last time, with the same beliefs; brought up to date.
         numbers: all parts as they were filled last time, flat; filled, but for `budget` and `hand`. (Each

@@ -185,7 +185,7 @@ TRIES = 50
 RESTARTS = 100
 
 ROOM_EACH = 0.6
-"""How far apart random places may be asked to be, in roots of the room that there is for each object."""
+"""Largest distance required between random places, in roots of the room that there is for each object."""
 
 
 def unit_of(scene: Scene) -> float:
@@ -208,7 +208,7 @@ class StartingLayouts:
     Attributes:
         edge: (M, 2) how far from the edges of the room objects keep, metres.
         keeps_clear: (M, M) pairs whose footprints must not overlap.
-        apart: how far apart random places are asked to be at first, metres.
+        apart: distance required between random places at first, metres.
     """
 
     def __init__(self, scene: Scene, jitter: str) -> None:

@@ -32,7 +32,7 @@ class Observation(Protocol):
     space: spaces.Space[Any]
 
     def observe(self, features: Features, left: Left, world: World) -> Any:
-        """The observation of one moment.
+        """The observation of the present state.
 
         Args:
             features: of the table.

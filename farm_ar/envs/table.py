@@ -1,4 +1,4 @@
-"""The table as an agent meets it: what stands where, what is believed and seen, and in which order."""
+"""The table as an agent observes it: true and believed poses, what is in view, and the object ordering."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from farm_ar.scenes import Camera, Layout, Scene
 
 @dataclass(frozen=True, eq=False)
 class TableView:
-    """One moment of a visit.
+    """The state of the table during a visit.
 
     Args:
         scene: the room.
         truth: where everything is.
         believed: where everything is believed to be.
         camera: the one that will take the snapshot.
-        order: (M,) the objects in the order in which the agent meets them, those that never move last.
+        order: (M,) the objects in the agent's order, those that never move last.
         movable: (N,) those of them that move, in the same order: what an action's numbers mean.
     """
 
@@ -67,7 +67,7 @@ def meeting_order(layout: Layout, camera: Camera) -> IntArray:
 
 
 class Objects(NamedTuple):
-    """M objects in the order in which an agent meets them, which stays the same for an episode.
+    """M objects in the agent's order, which stays the same for an episode.
 
     Args:
         number: (M,) how the layout numbers them.
@@ -123,10 +123,10 @@ def line_up(
 
 @compiled
 def introduce(order: IntArray, kind: IntArray, fixed: BoolArray, objects: Objects) -> None:
-    """Fill in the objects as they are met.
+    """Fill in the objects in the agent's order.
 
     Args:
-        order: (M,) their numbers in the order in which they are met.
+        order: (M,) their numbers in that order.
         kind: (M,) by number.
         fixed: (M,) by number.
         objects: filled.

@@ -41,7 +41,7 @@ REIDENTIFIERS: dict[str, ReidFactory] = {
 
 
 MOST_PAIRS = {"likelihood": 1_000_000, "relational": 40_000, "adaptive": 200_000}
-"""Labels times detections that a re-identifier is asked about by commands and the service; a gigabyte."""
+"""Largest number of labels times detections in commands and the service, by method; a gigabyte."""
 
 
 def reid_factory(reid: Any, field: str = "reid") -> ReidFactory:

@@ -141,7 +141,7 @@ def check_masks(make_env: MakeEnv, seed: int = 0, steps: int = 60) -> None:
             require(bool(part.any()), f"step {i}: the mask leaves no choice in dimension {k}")
         if isinstance(inner, FarmToTableEnv) and inner.config.control != "hand":
             first, view = mask[: int(choices[0])], inner.view
-            require(bool(first[-1]), f"step {i}: the mask forbids to leave")
+            require(bool(first[-1]), f"step {i}: the mask forbids to end the turn")
             by_object = first[:-1].reshape(len(view.movable), -1).any(axis=1)
             in_view = view.in_view[view.movable]
             require(not np.any(by_object & ~in_view), f"step {i}: the mask allows what is out of view")

@@ -2,7 +2,7 @@
 
 Every mask that SAM finds from a grid of points is compared by CLIP with pictures of the meshes; what looks
 like one gets the pose whose silhouette, rendered differentiably, is nearest to the mask. The weights do not
-come with farm-ar, and nothing is claimed of how exact it is.
+come with farm-ar, and its accuracy is unknown.
 """
 
 from __future__ import annotations

@@ -148,7 +148,7 @@ BROKEN = [
     (Unreplayable, environments.check_trace, "a trace plays again to another hash"),
     (Endless, environments.check_trace, "a trace that is played again raised ResetNeeded"),
     (Brittle, environments.check_values, r"step \d+ raised ZeroDivisionError: integer division"),
-    (Trapped, environments.check_masks, "step 0: the mask forbids to leave"),
+    (Trapped, environments.check_masks, "step 0: the mask forbids to end the turn"),
     (SeesThroughWalls, environments.check_masks, "step 0: the mask allows what is out of view"),
     (WronglyMasked, environments.check_masks, r"step 0: a mask must be \(32,\) of bool"),
 ]

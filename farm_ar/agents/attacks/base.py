@@ -45,14 +45,14 @@ class Failure:
 
 @dataclass
 class QueryOracle:
-    """Asks a re-identifier about perturbations of a case, within a number of queries and a budget of D.
+    """Queries a re-identifier with perturbations of a case, within a number of queries and a budget of D.
 
     Every perturbation is a displacement of the movable objects that keeps them in the room and out of one
-    another. One that is not, or takes more than the budget, is not asked about and costs no query.
+    another. One that is not, or takes more than the budget, is refused and costs no query.
 
     Args:
         case: the case.
-        reid: made for `case.scene`. With a method `identify_many` it is asked about many snapshots at once.
+        reid: made for `case.scene`. With a method `identify_many` it is queried in batches.
         queries: snapshots that may be identified.
         budget: D summed over the objects.
 
@@ -93,7 +93,7 @@ class QueryOracle:
         return total
 
     def allowed(self, position: FloatArray, yaw: FloatArray) -> BoolArray:
-        """(B,) which of B perturbations may be asked about, by positions (B, N, 2) and yaws (B, N)."""
+        """(B,) which of B perturbations may be queried, by positions (B, N, 2) and yaws (B, N)."""
         poses = np.ascontiguousarray(position), np.ascontiguousarray(yaw)
         valid = are_valid(*poses, self.case.constraints)
         within: BoolArray = valid & (self.distance(position, yaw) <= self.budget)

@@ -8,7 +8,7 @@ from farm_ar.agents.attacks.base import QueryOracle
 from farm_ar.arrays import BoolArray, FloatArray, IntArray
 
 BATCH = 32
-"""Perturbations that are asked about at once."""
+"""Perturbations in a batch of queries."""
 
 FINEST = 1e-5
 """The spread of the steps, as a share of the failure's own displacement, at which it is given up."""

@@ -18,7 +18,7 @@ NOT_ALLOWED = 10.0
 
 
 def query_scaled(oracle: QueryOracle, shift: FloatArray, turn: FloatArray, share: FloatArray) -> bool:
-    """Ask about displacements scaled to a share of the least D so far; False if none could be asked."""
+    """Query displacements scaled to a share of the least D so far; False if none was allowed."""
     layout = oracle.case.layout
     shift = np.where(layout.fixed[:, None], 0.0, shift)
     turn = np.where(layout.fixed, 0.0, turn)

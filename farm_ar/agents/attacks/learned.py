@@ -38,7 +38,7 @@ class Learned(Attack):
     """Policies of the environments as an attack.
 
     Each plays the case from its layout and camera, in the environment that it was trained in, with all of its
-    budget and with less. What stands after each of its moves, pushed objects included, is asked about; then
+    budget and with less. The layout after each of its moves, pushed objects included, is queried; then
     the cheapest failure is refined as every other attack's is.
 
     Args:

@@ -30,10 +30,10 @@ CARRIED_ON = (1.0, 1.05, 1.15, 1.3)
 """How far a plan is carried on, for methods that need more than the paper's."""
 
 DRAWN_BACK = 8
-"""How many shorter ways are asked about at once while a plan is made cheaper."""
+"""Shorter ways in a batch of queries, while a plan is made cheaper."""
 
 BATCH = 32
-"""How many further steps are asked about at once."""
+"""Further steps in a batch of queries."""
 
 STALE = 4
 """After how many fruitless batches the search ends."""

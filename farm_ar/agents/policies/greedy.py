@@ -34,7 +34,7 @@ class GreedyPolicy(Policy):
         """The best action as far as one can see; a tie goes to the first.
 
         Raises:
-            OptionError: the hand is steered, for which one action is too short a look.
+            OptionError: the hand is steered: one action is too short a horizon for it.
         """
         control = env.control
         if not isinstance(control, MoveControl):

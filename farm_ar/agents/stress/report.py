@@ -79,7 +79,7 @@ class Summary:
             if one.stuck:
                 notes.append(
                     f"{one.reid}: in {one.stuck} of {len(one.cases)} cases an attack found next to nothing "
-                    "to ask about: hardly any displacement is allowed there (objects that touch, that stand "
+                    "to query: hardly any displacement is allowed there (objects that touch, that are "
                     "outside the room, or none in view)."
                 )
         return notes

@@ -1,4 +1,4 @@
-"""A stress test: what is asked for, the units of work of which it is made, and running them as sweeps."""
+"""A stress test: its options, the units of work of which it is made, and running them as sweeps."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ ASKED_FOR_CONFIDENCE = 12
 
 @dataclass(frozen=True)
 class StressOptions:
-    """What a stress test is asked to do.
+    """The options of a stress test.
 
     Args:
         scene: a built-in scene's name, or a `.json` file.
         reids: names of re-identifiers, as `load_reid` takes them.
         attacks: names of attacks, as `attack_named` takes them.
-        queries: snapshots that one attack may ask about in one case.
+        queries: snapshots that one attack may query in one case.
         cases: how many layouts and cameras.
         budget: D that a perturbation may take, summed over the objects.
         jitter: how far the layouts stray from the scene's own: none, easy, default or hard.
@@ -48,7 +48,7 @@ class StressOptions:
 
     Raises:
         OptionError: a name is not known, a number out of its limits, or a policy cannot act in the scene.
-        MissingPackageError: policies are asked for, and what training needs is not installed.
+        MissingPackageError: there are policies among the attacks, and what training needs is not installed.
     """
 
     scene: str = "farm"
@@ -111,7 +111,7 @@ def run_stress(
     """Run a stress test.
 
     Args:
-        options: what is asked for.
+        options: of the test.
         store: where finished units are kept; None keeps them in memory.
         executor: where units run; by default in this process.
         watch: is called with the progress.
@@ -217,9 +217,9 @@ def attack_case(
     Args:
         seed: of the stress test.
         attack: the attack's name.
-        queries: snapshots that it may ask about.
+        queries: snapshots that it may query.
         budget: distance that a perturbation may take.
-        transfer: names of the re-identifiers that its cheapest failure is also shown to.
+        transfer: names of the re-identifiers on which its cheapest failure is also tested.
         unit: the case and the re-identifier.
     """
     case, reid, known, tested = _begun(seed, unit)

@@ -164,7 +164,7 @@ class DemonstratedEnv(VecEnvWrapper):
 
 
 def _met(values: npt.NDArray[Any], number: IntArray) -> npt.NDArray[Any]:
-    """(B, M, ...) values in the order in which objects are met, from those by number."""
+    """(B, M, ...) values in the agent's order of objects, from those by number."""
     index = number.reshape(*number.shape, *[1] * (values.ndim - 2))
     found: npt.NDArray[Any] = np.take_along_axis(values, index, axis=1)
     return found

@@ -57,7 +57,7 @@ def demonstration(actions: IntArray, gain: FloatArray, leave: int) -> Demonstrat
 class Demonstrations:
     """Observations, and the choices of the planner, of all demonstrations so far.
 
-    Every part is an array with one row for each moment: the parts of the observation by their names, "masks",
+    Every part is an array with one row for each step: the parts of the observation by their names, "masks",
     "actions" and "worth" (those that the planner considers), and "returns" of what the learner did.
     """
 

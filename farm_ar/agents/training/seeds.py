@@ -32,7 +32,7 @@ def train_seeds(
     A seed that is finished is not trained again; one that was interrupted begins anew.
 
     Args:
-        run: what is asked for; its own seed does not count.
+        run: its description; its own seed does not count.
         seeds: of the runs.
         home: the folder in which theirs are.
         executor: where they are trained.

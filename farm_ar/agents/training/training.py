@@ -56,7 +56,7 @@ def train(
     would have had.
 
     Args:
-        run: what is asked for. When a run goes on, its own description counts.
+        run: its description; of a run that goes on, its own counts.
         path: the folder.
         resume: whether to go on from the newest checkpoint in the folder, if there is one.
         progress: whether to show a bar, or lines where no terminal can show it.

@@ -81,7 +81,7 @@ def decode_choice(
 
 @compiled(inline="always")
 def alike(b: int, i: int, batch: Batch, scenery: Scenery) -> tuple[int, int]:
-    """Of the movable objects as they are met, the first of an object's kind, and how many there are."""
+    """Of the movable objects in the agent's order, the first of an object's kind, and how many there are."""
     first, count = 0, 0
     for k in range(len(scenery.movable)):
         if batch.kind[b, k] == scenery.kind[i]:
@@ -93,7 +93,7 @@ def alike(b: int, i: int, batch: Batch, scenery: Scenery) -> tuple[int, int]:
 
 @compiled(inline="always")
 def label_of(b: int, i: int, slot: int, batch: Batch, scenery: Scenery) -> int:
-    """The label that is met as the j-th of an object's kind; after the last comes the first again."""
+    """The j-th label of an object's kind in the agent's order; after the last comes the first again."""
     first, count = alike(b, i, batch, scenery)
     return int(batch.number[b, first + slot % count])
 

@@ -123,7 +123,7 @@ def between(stream: Stream, low: float, high: float) -> float:
 
 @compiled(inline="always")
 def objects_of(b: int, batch: Batch) -> Objects:
-    """The objects of one environment as they are met."""
+    """The objects of one environment in the agent's order."""
     return Objects(batch.number[b], batch.kind[b], batch.fixed[b], batch.rivals[b])
 
 

@@ -198,7 +198,7 @@ class Batch(NamedTuple):
         believed: (B, M, 2) where labels are believed to be, metres.
         facing: (B, M) how they are believed to be turned, radians.
         holder: (B, M) the object from which each label was last read.
-        number: (B, M) the objects as they are met, as in `Objects`.
+        number: (B, M) the objects in the agent's order, as in `Objects`.
         kind: (B, M) likewise.
         fixed: (B, M) likewise.
         rivals: (B, M, W') likewise.

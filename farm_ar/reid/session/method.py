@@ -350,7 +350,7 @@ class Session:
 
 
 class _Fused(Reidentifier):
-    """A method that is asked about objects seen from several cameras."""
+    """A method for objects seen from several cameras."""
 
     def __init__(self, reid: Reidentifier, cameras: Sequence[Camera]) -> None:
         self.scene, self._reid, self._cameras = reid.scene, reid, cameras

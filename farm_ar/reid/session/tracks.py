@@ -145,7 +145,7 @@ def with_tracks(
 
 
 def _set_aside(answer: Identification, i: int) -> bool:
-    """Whether a method that gives probabilities was not asked about a detection."""
+    """Whether a detection was set aside from a method that gives probabilities."""
     return answer.probability is not None and not np.isfinite(answer.probability[i]).all()
 
 
