@@ -40,17 +40,17 @@ START_CLEAR_M = 0.45
 
 @dataclass(frozen=True, eq=False)
 class Knowledge:
-    """What the robot knows: nothing in here is true but by what it has seen.
+    """What the robot knows: only what it has measured, no true poses.
 
     Args:
         scene: the chairs as they were last known.
         target: the label that is to get the delivery.
-        pose: where it takes itself to be, in the frame `map`.
+        pose: its estimate of its own pose, in the frame `map`.
         speed: how fast the wheels turn it.
         angle: (R,) of the scan, radians to the right.
         distance: (R,) metres, infinite where nothing is.
-        tracking: what its snapshots say together; None before the first detection.
-        looks: how often it has looked.
+        tracking: what follows from all its snapshots; None before the first detection.
+        looks: how many snapshots it has taken.
         seconds: since the start.
     """
 

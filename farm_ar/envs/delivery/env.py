@@ -27,64 +27,65 @@ SECOND_COST = 0.01
 
 
 class DeliverToChairEnv(gym.Env[Any, Any]):
-    """A robot brings something to one of several chairs that look exactly alike and were moved.
+    """A robot delivers to one of several chairs that look exactly alike and were moved.
 
     ## Description
 
-    A differential drive of the size of a LoCoBot (a round base of 35 cm) stands in a room in which somebody moved and
-    turned the chairs since they were last known. It is sent to one of them, by default to chair 4 of chairs 4 to 7 of the
+    A robot with differential drive of the size of a LoCoBot (a round base of 35 cm) is in a room in which the chairs were
+    moved and turned since they were last known. It is sent to one of them, by default to chair 4 of chairs 4 to 7 of the
     scene `lab` (section 4.3.3 of Yu et al., doi:10.1007/s10055-025-01305-y). Its RGB-D camera, with the field of view and
-    range of Intel's RealSense D435, detects chairs; once a second a re-identifier says which is which, from all snapshots
-    so far together. The agent drives, and says when to hand over.
+    range of Intel's RealSense D435, detects chairs; once a second a re-identifier gives them labels, from all snapshots
+    so far together. The agent drives, and decides when to hand over.
 
     ## Action Space
 
-    `Box(-1, 1, (3,))`, held for .2 s: speed ahead (.4 m/s), speed of turning to the left (1.5 rad/s), and whether to hand over
-    (above 0). The chair nearest to a point .55 m ahead of the robot's middle gets the delivery, of those whose middle is within
-    .75 m of the robot's; where none is, nothing happens.
+    `Box(-1, 1, (3,))`, held for 0.2 s: speed ahead (0.4 m/s), rate of turn to the left (1.5 rad/s), and whether to hand over
+    (above 0). Of the chairs whose centre is within 0.75 m of the robot's, the one nearest to a point 0.55 m ahead of the robot's
+    centre gets the delivery; if there is none, nothing happens.
 
     ## Observation Space
 
-    A `Dict` of `Box`es of float32, finite and flat. N is the number of chairs, K = 2 N. Nothing in it is true but by what the
-    robot has seen. Places are x, z of the room, from -1 to 1, clipped at ±1.5; headings are clockwise from above, 0 along +z.
+    A `Dict` of `Box`es of float32, finite and flat. N is the number of chairs, K = 2 N. It holds only what the robot has
+    measured, no true poses. Places are x, z, the room from -1 to 1, clipped at ±1.5; headings are clockwise from above, 0 along +z,
+    as sin and cos.
 
     | key | shape | meaning |
     |---|---|---|
-    | `pose` | (4,) | where the robot takes itself to be: x, z, sin and cos of its heading |
-    | `speed` | (2,) | ahead / .4 m/s, turning to the left / 1.5 rad/s |
-    | `scan` | (45,) | distance to what is ahead / 3 m, from left to right over the field of view; 1 where nothing is, or what is too near |
+    | `pose` | (4,) | the robot's estimate of its own pose: x, z, sin and cos of its heading |
+    | `speed` | (2,) | ahead / 0.4 m/s, rate of turn to the left / 1.5 rad/s |
+    | `scan` | (45,) | depth along 45 rays / 3 m, from left to right over the field of view; 1 where nothing is in range, or something is too near |
     | `target` | (N,) | one-hot |
-    | `known_place`, `known_heading` | (2 N,) | of each chair when it was last known |
-    | `place`, `direction` | (2 K,) | of the K objects that were seen, by how probably they are the target; 0 where there are fewer |
-    | `seen` | (K,) | 1 for each object there is |
-    | `probability` | (K,) | of its being the target; 0 or 1 where the re-identifier has no probabilities |
-    | `time` | (1,) | what is left of it, as a share |
+    | `known_place`, `known_heading` | (2 N,) | each chair's last known pose |
+    | `place`, `direction` | (2 K,) | poses of the K objects that were seen, the most probable target first; 0 where there are fewer |
+    | `seen` | (K,) | 1 for each object that exists, else 0 |
+    | `probability` | (K,) | probability that it is the target; 0 or 1 if the re-identifier has no probabilities |
+    | `time` | (1,) | share of the time that is left |
 
     ## Rewards
 
-    1 for the right chair, -1 for another one; less .1 for each touch and .01 for each second.
+    1 for the right chair, -1 for another one; less 0.1 for each touch and 0.01 for each second.
 
     ## Starting State
 
-    Each chair moves by a normal shift along x and z and turns by a normal angle, and is drawn again where it would overlap
-    another chair, a table (.6 m, at every site: our choice) or a wall. The robot starts anywhere with .45 m around it and
-    faces the middle of the room, give or take 30°. `reset(options=...)` sets either:
+    Each chair moves by a normal shift along x and z and turns by a normal angle, and is drawn again if it overlaps
+    another chair, a table (0.6 m, at every site: our choice) or a wall. The robot starts at a random position with 0.45 m of free space
+    around it and faces the middle of the room, up to 30° to either side. `reset(options=...)` sets either:
 
     | option | form |
     |---|---|
     | `layout` | a `Layout` of the scene's chairs, or `{"position": (N, 2), "yaw": (N,)}` |
-    | `robot` | x, z and heading (metres, radians) |
+    | `robot` | x, z and heading, in metres and radians |
 
     ## Episode End
 
-    It terminates when something was handed over, and is truncated after `seconds`.
+    The episode terminates with the delivery, and is truncated after `seconds`.
 
     ## Physics
 
-    pymunk, at 60 Hz; chairs, tables and walls do not give way. Acceleration is .8 m/s² and 6 rad/s². The wheels' odometry is
-    wrong by 2% (SD). Once a second the robot finds out where it is on its map to 2 cm and .5° (SD). A depth z has an SD of
-    z² x .08 / (focal length x 50 mm), 1.4 cm at 2 m; the middle of a chair is found to 8 pixels of 848, its heading to 4°, its
-    sides to 5%. What is hidden, nearer than .3 m or farther than 3 m is not detected.
+    pymunk, at 60 Hz; chairs, tables and walls do not move. Acceleration is 0.8 m/s² and 6 rad/s². The wheels' odometry has an error
+    of 2% (SD). Once a second the robot localises itself on its map to 2 cm and 0.5° (SD). A depth z has an SD of
+    z² x 0.08 px / (focal length x 50 mm), 1.4 cm at 2 m; the SD of a chair's centre is 8 pixels of 848, that of its heading 4°, that of its
+    sides 5%. Chairs that are hidden, nearer than 0.3 m or farther than 3 m are not detected.
 
     ## Arguments
 
@@ -96,10 +97,10 @@ class DeliverToChairEnv(gym.Env[Any, Any]):
     | `chairs` | `["4", "5", "6", "7"]` | the labels that stand in the room; `None` for all |
     | `target` | `"4"` | the label that is to get the delivery |
     | `reid` | `"spatial"` | any re-identifier's name, or a function from a `Scene` to a `Reidentifier` |
-    | `shift_sd` | .6 | SD of how far chairs were moved along x and z, metres |
-    | `turn_sd_deg` | 120 | SD of how far they were turned, degrees |
-    | `fov_deg` | (87, 58) | of the camera, across and from top to bottom; its colour camera alone has 69 by 42 |
-    | `seconds` | 120 | after which an episode is truncated |
+    | `shift_sd` | 0.6 | SD of the chairs' shifts along x and z, metres |
+    | `turn_sd_deg` | 120 | SD of their turns, degrees |
+    | `fov_deg` | (87, 58) | the camera's field of view, across and vertically; of its colour camera alone 69 by 42 |
+    | `seconds` | 120 | time after which an episode is truncated |
     | `render_mode` | `None` | or `"rgb_array"`: the room from above |
 
     ## Info
@@ -107,9 +108,9 @@ class DeliverToChairEnv(gym.Env[Any, Any]):
     | key | type | meaning |
     |---|---|---|
     | `right`, `wrong` | int | 1 if the right, or a wrong, chair got the delivery |
-    | `touches` | int | so far |
-    | `path_m` | float | driven so far, metres |
-    | `looks` | int | so far |
+    | `touches` | int | collisions so far |
+    | `path_m` | float | path length so far, metres |
+    | `looks` | int | snapshots so far |
     | `reward/delivery`, `reward/touch`, `reward/time` | float | the terms of the reward |
 
     ## Version History

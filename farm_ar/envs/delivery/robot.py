@@ -29,7 +29,7 @@ MASS_KG = 6.3
 TICK_S = 1 / 60
 
 SLIP = 0.02
-"""SD of what the wheels' odometry gets wrong of a speed, as a share of it."""
+"""SD of the error of the wheels' odometry, as a share of the speed."""
 
 FIX_M, FIX_RAD = 0.02, float(np.deg2rad(0.5))
 """SD of where and how the robot takes itself to stand on its map, each time that it finds out."""
