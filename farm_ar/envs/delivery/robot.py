@@ -32,7 +32,7 @@ SLIP = 0.02
 """SD of the error of the wheels' odometry, as a share of the speed."""
 
 FIX_M, FIX_RAD = 0.02, float(np.deg2rad(0.5))
-"""SD of where and how the robot takes itself to stand on its map, each time that it finds out."""
+"""SD of the position and heading of the robot on its map, each time that it localises itself."""
 
 _ROBOT, _THING = 1, 2
 
@@ -135,7 +135,7 @@ class Robot:
 
     @property
     def believed(self) -> Pose:
-        """Where it takes itself to be, in the frame `map`: `base_link` by way of `odom`."""
+        """Its estimate of its own pose, in the frame `map`: `base_link` via `odom`."""
         return self.map_to_odom.after(self.odom)
 
     @property

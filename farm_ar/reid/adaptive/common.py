@@ -1,4 +1,4 @@
-"""Compiled search for a motion that all things share: a school that swims on, a frame that has drifted."""
+"""Compiled search for a motion that all objects share: a school that swims on, a frame that has drifted."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ STEPS, ROUNDS = 2, 4
 
 FAR_OFF, HOPELESS = 9.0, 6.0
 """In squares of a scale: as how much what is left of a pair counts at most; and the mean from which on
-no step is spent on finer scales, since most things do not fit even this one."""
+no step is spent on finer scales, since most objects do not fit even this one."""
 
 TURN_SD, BEND_SD = 0.15, 0.2
 """SD of a shared turn, radians, and of how much all is stretched or sheared, as a share."""
 
 USUAL_AHEAD = 2.0
-"""How far things usually go ahead besides a shared shift, in scales of what is left."""
+"""How far objects usually go ahead besides a shared shift, in scales of what is left."""
 
 _compile = compiled(error_model="numpy")
 
@@ -135,7 +135,7 @@ def find_common(
     penalty: FloatArray,
     swing: FloatArray,
 ) -> None:
-    """Find a shared motion for each scale of what things do besides, from the coarsest to the finest.
+    """Find a shared motion for each scale of what objects do besides, from the coarsest to the finest.
 
     Args:
         pairs: the pairs.
@@ -250,7 +250,7 @@ def believe(
 def occam(length: float, common: Common, extent: float) -> float:
     """Log of the share of the prior of a shared motion that its posterior takes up.
 
-    The prior of how far is half Gaussian, of twice the scale of what else things do, and half even by ratio,
+    The prior of how far is half Gaussian, of twice the scale of what else objects do, and half even by ratio,
     from that scale up to the extent.
     """
     levels = 0.5 * math.log(1.0 + (extent / length) ** 2) + 0.5

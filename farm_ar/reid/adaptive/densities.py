@@ -20,7 +20,7 @@ FREEDOM = 2.0
 """Degrees of freedom of Student's distribution."""
 
 LOOSELY = 2
-"""Which of the concentrations of turns is that of things that are pushed about."""
+"""Which of the concentrations of turns is that of objects that are pushed about."""
 
 SWINGS = 4.0
 """Concentration of shared turns about none."""
@@ -239,7 +239,7 @@ def view_probability(
     Args:
         place: (M, 2) of the labels seen from the camera: to the right of it, and ahead.
         rise: (M,) of the labels above the eye, along the line of sight's plane.
-        scale: (A,) how far things move.
+        scale: (A,) how far objects move.
         offset: (K, 2) equally probable points that stand for the standard normal distribution.
         limits: (6,) angles seen to the left, right, up and down, range, pitch; radians.
         vertical: whether up and down count.

@@ -26,7 +26,7 @@ AMONG = 0.6
 """Share of what goes anywhere that goes to where its look-alikes are, if as many are seen as are known."""
 
 COME_AND_GONE, SHARED_ALL, SHARED_SOME = 0.02, 8.0, 0.1
-"""By how much likelier it is that things come and go, or that all move together, where as many are seen as
+"""By how much likelier it is that objects come and go, or that all move together, where as many are seen as
 are known and all is in view; and that all move together where it is not so."""
 
 

@@ -27,8 +27,8 @@ def predictive_p_value(pairs: Pairs, chosen: IntArray, every: Hypotheses, motion
     """How often shifts and turns as large as those of the answer, or larger, come about under a motion.
 
     The probability of a larger shift, or turn, than each one is even from 0 to 1 if the motion is right;
-    those of shifts and those of turns are combined by Fisher's method. Where things look the same turned by a
-    half or a quarter, how many are turned is asked too. The least value is multiplied by their number.
+    those of shifts and those of turns are combined by Fisher's method. Where objects look the same turned by
+    a half or a quarter, how many are turned counts, too. The least value is multiplied by their number.
 
     Args:
         pairs: of the snapshot.

@@ -24,22 +24,22 @@ RATIO = 1.6
 """Of one scale of motion to the next finer one."""
 
 FOLDS = (2, 4)
-"""Parts of a whole turn by which things may look the same."""
+"""Parts of a whole turn by which objects may look the same."""
 
 MOST_SCALES = 32
 """Up to 20 000 spacings."""
 
 
 EVEN_LEVEL = 7
-"""Index of the scale that stands for motions to anywhere, for how far things rise; all have it."""
+"""Index of the scale that stands for motions to anywhere, for how far objects rise; all have it."""
 
 WALKING = 0.4
-"""What is left of the prior's rise about the usual scale where things go ahead: looks are any time apart."""
+"""What is left of the prior's rise about the usual scale where objects go ahead: looks are any time apart."""
 
 
 @dataclass(frozen=True)
 class Family:
-    """A way in which things move.
+    """A way in which objects move.
 
     Args:
         name: of the family.
@@ -50,7 +50,7 @@ class Family:
         course: for a ring or a ray, how much farther courses stray from the heading than turns explain.
         least: index of the finest scale.
         usual: how much of the prior's rise about the usual scale it has.
-        folds: whether things that look the same turned by half or a quarter are tried.
+        folds: whether objects that look the same turned by half or a quarter are tried.
     """
 
     name: str

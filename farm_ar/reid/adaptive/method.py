@@ -52,9 +52,9 @@ class Posterior:
 
 
 class AdaptiveReid(Reidentifier):
-    """Identities for one scene, where neither how far things move nor the unit is known.
+    """Identities for one scene, where neither how far objects move nor the unit is known.
 
-    Hypotheses about how things moved (how, how far, with their headings or not), about how reliable sizes
+    Hypotheses about how objects moved (how, how far, with their headings or not), about how reliable sizes
     are, and about how much is missed, gone or new are averaged, weighted by the evidence of the snapshot.
     Labels are then given so that as many as possible are right on average. No length is assumed: all are
     measured in the distance of look-alikes.

@@ -14,7 +14,7 @@ Rate = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class AdaptiveOptions:
-    """What is assumed of how things move and how they are seen; no length is.
+    """What is assumed of how objects move and how they are seen; no length is.
 
     Args:
         confusion: probability that a known category is wrong; 0 keeps every known category.
@@ -22,11 +22,11 @@ class AdaptiveOptions:
         most_exact: detections of one component up to which probabilities are exact.
         turn_sds: SDs of turns that are tried, radians, besides uninformative headings.
         turn_shares: prior share of each of these, the last of uninformative headings.
-        fold_shares: share of things that look the same turned by half, and by a quarter, among these.
+        fold_shares: share of objects that look the same turned by half, and by a quarter, among these.
         fold_sd: SD of their turns besides, radians.
         shared_sds: SDs of turns about one that all share, where all move together.
         shared_shares: prior share of each of these.
-        anyone_sds: SDs of turns from the heading of any of the things: headings do not identify it.
+        anyone_sds: SDs of turns from the heading of any of the objects: headings do not identify it.
         anyone_shares: prior share of each of these.
         course_sd: least SD of a course about the mean heading, radians.
         outliers: share of turns of any size, whatever the SD.

@@ -23,7 +23,7 @@ MOST_PAIRS = 250_000
 """Pairs of a detection and a label that it could be, which take some seconds and half a gigabyte."""
 
 _LEAST_RISE = 0.02
-"""Least SD, in spacings, of how far things rise or sink."""
+"""Least SD, in spacings, of how far objects rise or sink."""
 
 _LIFTED = 0.1
 """Share of the objects whose heights change by anything."""

@@ -9,11 +9,11 @@ from farm_ar.arrays import BoolArray, FloatArray, IntArray
 
 
 class Profile(IntEnum):
-    """Profiles of how far things move.
+    """Profiles of how far objects move.
 
-    A ring is that of things that all go about as far, a ray that of speeds from none on (half-normal); ahead
-    is Gaussian about a place ahead of each thing; even is the same everywhere; the last four are Gaussian
-    about a motion that all share: a shift, with a turn, with a speed along each thing's own heading, or with
+    A ring is that of objects that all go about as far, a ray that of speeds from none on (half-normal); ahead
+    is Gaussian about a place ahead of each object; even is the same everywhere; the last four are Gaussian
+    about a motion that all share: a shift, with a turn, with a speed along each object's own heading, or with
     stretching and shearing.
     """
 
@@ -79,7 +79,7 @@ class Concentrations(NamedTuple):
         fold: (T,) into how many equal parts of a whole turn: 2 if what is turned by half looks the same, 4 if
             by a quarter.
         shared: (T,) whether turns are counted from one that all share.
-        anyone: (T,) whether a heading is that of any of the things with a turn: it does not identify it.
+        anyone: (T,) whether a heading is that of any of the objects with a turn: it does not identify it.
         course: (C,) concentrations.
         course_peak: (C,) density at the heading.
         outliers: share of turns that are of any size.
@@ -174,8 +174,8 @@ class Common(NamedTuple):
         x, z: the place about which it turns.
         east, north: the shift.
         xx, xz, zx, zz: where it takes one unit east (first letter x) or north: 1, 0, 0, 1 if all go alike.
-        ahead: how far each thing goes along its own heading besides.
-        total: of how many things it was found.
+        ahead: how far each object goes along its own heading besides.
+        total: of how many objects it was found.
         freedom: log of the share that counts of the prior of what it does besides shifting.
     """
 

@@ -1,6 +1,6 @@
 """How probable each of some motions makes a snapshot.
 
-Under a motion a thing in view stayed, and is seen where the map has it, or it may be anywhere. How exact
+Under a motion an object in view stayed, and is seen where the map has it, or it may be anywhere. How exact
 poses are, whether headings are informative, and how much stayed are averaged over; a motion stands for those
 about it that do as well (Laplace's approximation).
 """
@@ -26,19 +26,19 @@ CLOSE, CLOSE_TURN = 0.05, float(np.deg2rad(2))
 """What counts as right: within so much of the spacing, and radians."""
 
 POSITION_SDS = ((0.01, 0.35), (0.03, 0.4), (0.08, 0.25))
-"""SDs that positions of things which stayed may have, by the spacing, and how probable each is."""
+"""SDs that positions of objects which stayed may have, by the spacing, and how probable each is."""
 
 LOOSE_SDS = (*POSITION_SDS, (0.2, 0.2), (0.45, 0.1))
-"""The same where an anchor says about where to look, so that things may have moved a little, too."""
+"""The same where an anchor says about where to look, so that objects may have moved a little, too."""
 
 NUDGED, NUDGED_SD = 0.5, 0.3
-"""Share of the things near their places that have moved a little, where the others have not; their SD."""
+"""Share of the objects near their places that have moved a little, where the others have not; their SD."""
 
 HEADING_SDS = ((float(np.deg2rad(1.5)), 0.4), (float(np.deg2rad(6)), 0.4), (np.inf, 0.2))
 """The same of headings, radians; infinite: headings are uninformative."""
 
 STAYED = (0.9, 0.65, 0.35)
-"""Shares of the things in view that may have stayed where they were and been detected."""
+"""Shares of the objects in view that may have stayed where they were and been detected."""
 
 FIXED, FLIPPED = 0.97, 0.07
 """Probability that a fixed thing is found where it was; that the heading of what stayed is any."""
@@ -214,7 +214,7 @@ def _mixture(
 
 
 def _strewn(problem: Problem, stayed: float) -> float:
-    """How many labels' things are seen anywhere, if a share stayed."""
+    """How many labels' objects are seen anywhere, if a share stayed."""
     n, m = problem.fit.shape
     return float(min(n, m) * (1 - stayed))
 

@@ -1,4 +1,4 @@
-"""Compiled pieces of alignment: motions that pairs of things propose, their scores, and their refinement.
+"""Compiled pieces of alignment: motions that pairs of objects propose, their scores, and their refinement.
 
 Lengths are in units of the map's spacing. A motion is (turn, x, z): what stands at p ends at p, turned, plus
 (x, z).
@@ -79,7 +79,7 @@ class Pairs(NamedTuple):
 
 @_compile
 def turn_between(before: float, after: float, period: float) -> float:
-    """How far a heading must turn to become another, of things that look alike after a period; radians."""
+    """How far a heading must turn to become another, of objects that look alike after a period; radians."""
     turn = after - before
     return turn - period * math.floor(turn / period + 0.5)
 
@@ -139,7 +139,7 @@ def propose(pairs: Pairs, fit: FloatArray, seen: Things, known: Things, motions:
 
 @_compile
 def _heading_gain(before: float, after: float, period: float, sd: float) -> float:
-    """Likelihood of a heading where a thing stayed, by that of any heading; 1 where nothing is known."""
+    """Likelihood of a heading where an object stayed, by that of any heading; 1 where nothing is known."""
     if not (period > 0) or math.isnan(before) or math.isnan(after):
         return 1.0
     turn = turn_between(before, after, period)
@@ -169,7 +169,7 @@ def score(
         known: the M labels.
         grid: of the labels.
         fit: (N, M) log likelihood of each detection's looks if it is each label.
-        floor: (N,) how many things like each detection there are a unit of area.
+        floor: (N,) how many objects like each detection there are a unit of area.
     """
     total = np.zeros(len(motions))
     for h in range(len(motions)):

@@ -30,7 +30,7 @@ ELSEWHERE, MIRRORED = 0.1, 0.01
 """Probability that the snapshot shows another place, or is uninformative; that its frame is mirrored."""
 
 GROUP, EACH_MORE = 3, 3.0
-"""Things from which on some may have moved as one; how much likelier each thing more is to have stayed."""
+"""Objects from which on some may have moved as one; how much likelier each object more is to have stayed."""
 
 ANCHORED, ANCHOR_REACH, ANCHOR_TURN = 0.98, 1.0, float(np.deg2rad(15))
 """Probability that an anchor is right; how far the motion may then be off it, by the spacing and radians."""
@@ -239,10 +239,10 @@ def _by_anchor(problem: Problem, found: Found | None, anchor: RigidMotion, share
 
 
 def _with_groups(odds: FloatArray, there: BoolArray) -> FloatArray:
-    """Odds (K,) if things may have moved as one: that they are coherent then does not say that they stayed.
+    """Odds (K,) if objects may have moved as one: that they are coherent then does not say that they stayed.
 
     Args:
-        odds: logarithms, if each thing moves on its own.
+        odds: logarithms, if each object moves on its own.
         there: (K, N) detections that are at a label's place.
     """
     best = there[odds.argmax()]

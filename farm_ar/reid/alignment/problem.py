@@ -27,7 +27,7 @@ Pose = tuple[float, float, float]
 """x and z, metres, and yaw, radians."""
 
 USUAL, FALSE = 0.65, 0.1
-"""Share of the things in view that stayed, where motions are compared; false detections of each look."""
+"""Share of the objects in view that stayed, where motions are compared; false detections of each look."""
 
 SIZE_SD, ODD_SIZE = 0.15, -12.0
 """Error of the logarithm of a measured side; the least that sizes say, in logarithms."""
@@ -48,7 +48,7 @@ POSE_TURN, ALIKE_TURN = float(np.deg2rad(3)), float(np.deg2rad(4))
 """SD of the turn that follows from a single heading; by how much motions that are refined differ; radians."""
 
 MOST_TURNS = 12
-"""Headings that are tried of a thing that looks alike after a small turn."""
+"""Headings that are tried of an object that looks alike after a small turn."""
 
 
 class Problem(NamedTuple):
@@ -64,7 +64,7 @@ class Problem(NamedTuple):
         known: the M labels.
         fit: (N, M) log likelihood of the looks; minus infinity for another category.
         like: (N,) how many labels each detection may be.
-        area: over which things are strewn.
+        area: over which objects are strewn.
     """
 
     scene: Scene
@@ -79,7 +79,7 @@ class Problem(NamedTuple):
     area: float
 
     def elsewhere(self, stayed: float) -> FloatArray:
-        """(N,) how many things like each detection stand anywhere, a unit of area, if a share stayed."""
+        """(N,) how many objects like each detection stand anywhere, a unit of area, if a share stayed."""
         return (self.like * (1 - stayed) + FALSE) / self.area
 
     @property
@@ -119,7 +119,7 @@ def problem_of(scene: Scene, snapshot: Snapshot) -> Problem:
 
 
 def spacing_of(position: FloatArray, size: FloatArray) -> float:
-    """Usual distance of a thing to the nearest other one, metres; where there is none, a thing's own size.
+    """Usual distance of an object to the nearest other one, metres; if there is none, an object's own size.
 
     Args:
         position: (M, 2) metres.
@@ -213,7 +213,7 @@ def _looks(scene: Scene, snapshot: Snapshot) -> FloatArray:
 
 
 def _apart(position: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Pairs (P, 2) of things that determine a turn, and how far apart they are (P,)."""
+    """Pairs (P, 2) of objects that determine a turn, and how far apart they are (P,)."""
     n = len(position)
     if n <= 200:
         pairs = np.column_stack(np.triu_indices(n, 1))

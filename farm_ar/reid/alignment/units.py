@@ -13,7 +13,7 @@ from farm_ar.reid.plausibility.sizes import UNITS
 from farm_ar.scenes import Detections, Scene, Snapshot
 
 SURE, FEWEST = 0.99, 4
-"""How probable the frame must be in another unit that is named; how many things must then stand in place."""
+"""How probable the frame must be in another unit that is named; how many objects must then stand in place."""
 
 APART = 8.0
 """By how much the distances between neighbours differ that cannot be those of one place in one unit."""
@@ -29,7 +29,7 @@ def other_unit(scene: Scene, snapshot: Snapshot, found: Alignment) -> str | None
 
     Units are tried in which the detections are no farther apart than the labels, and in which they do not
     all stand at one place. Where none fits, the distances between neighbours are compared. None where the
-    frame was found as things are.
+    frame was found as objects are.
 
     Args:
         scene: the map.

@@ -1,4 +1,4 @@
-"""Re-identification by likelihood: how probable each label is, averaged over how things may have moved."""
+"""Re-identification by likelihood: how probable each label is, averaged over how objects may have moved."""
 
 from farm_ar.reid.likelihood.method import LikelihoodReid, Posterior
 from farm_ar.reid.likelihood.motions import (

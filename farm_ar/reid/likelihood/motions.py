@@ -1,7 +1,7 @@
-"""How things move: motion models, the prior of an unknown noise level, and densities of poses.
+"""How objects move: motion models, the prior of an unknown noise level, and densities of poses.
 
 A motion model is a mixture of components, each Gaussian in x, z and heading. One component is the paper's
-noise; two, a narrow and a wide one, say that most things stay and few move far, and have heavy tails.
+noise; two, a narrow and a wide one, say that most objects stay and few move far, and have heavy tails.
 """
 
 from __future__ import annotations
@@ -191,7 +191,7 @@ def motion_log_density(
 
 
 FEW_MOVED = 0.2
-"""Share of the objects that move where most things stay; `ANYWHERE` included."""
+"""Share of the objects that move where most objects stay; `ANYWHERE` included."""
 
 ANYWHERE = 0.1
 """Share of the objects that end up anywhere, with an SD of half the scene's length."""
@@ -207,17 +207,17 @@ Mixture = tuple[Motion, ...]
 
 @dataclass(frozen=True)
 class NoisePrior:
-    """A weak prior over how much things move: all of them somewhat, or few of them far.
+    """A weak prior over how much objects move: all of them somewhat, or few of them far.
 
     Metres are those of a scene of the usual length (`place.USUAL_LENGTH_M`); they shrink and grow with it.
     The least of them, and what stays, do not grow beyond the look-alikes' spacing: in a warehouse of many
-    things close together they stay small, and further levels reach down to them.
+    objects close together they stay small, and further levels reach down to them.
 
     Args:
         translation_m: least and greatest SD of x and of z, metres.
         rotation_deg: least and greatest SD of the heading, degrees.
         levels: how many SDs of each are tried at the least, evenly spaced by ratio.
-        few_move_far: probability that most things stay and few move far.
+        few_move_far: probability that most objects stay and few move far.
 
     Raises:
         OptionError: a value is out of its limits.

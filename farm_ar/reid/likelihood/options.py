@@ -33,7 +33,7 @@ _GOLDEN_ANGLE = float(np.pi * (3 - np.sqrt(5)))
 
 @dataclass(frozen=True)
 class LikelihoodOptions:
-    """What is assumed of how things move and how they are seen.
+    """What is assumed of how objects move and how they are seen.
 
     Args:
         noise: the motions, as a mixture whose shares sum to 1, where they are known; else a prior over them.

@@ -1,4 +1,4 @@
-"""Identities where things may have moved together, or the frame of the camera may have drifted."""
+"""Identities where objects may have moved together, or the frame of the camera may have drifted."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _LEAST_WEIGHT = 1e-9
 
 
 class RelationalReid(LikelihoodReid):
-    """`LikelihoodReid` that also thinks of motions that things share.
+    """`LikelihoodReid` that also thinks of motions that objects share.
 
     Three kinds of explanation compete by evidence: each label moved alone; the frame in which cameras and
     detections are given has drifted, by a small rigid motion; labels near one another moved as one, rigidly,
@@ -54,7 +54,7 @@ class RelationalReid(LikelihoodReid):
         return type(self), (self.scene, self.shared)
 
     def _twin(self) -> RelationalReid:
-        """The same method, sharing its arrays, which may know things that this one does not."""
+        """The same method, sharing its arrays, which may know objects that this one does not."""
         twin = object.__new__(type(self))
         twin.__dict__.update(self.__dict__)
         return twin
@@ -77,7 +77,7 @@ class RelationalReid(LikelihoodReid):
         return twin.identify(Snapshot(cameras[-1], objects))
 
     def relations(self, snapshot: Snapshot) -> tuple[Relation, ...]:
-        """The motions that things may have shared in a snapshot, the most probable first.
+        """The motions that objects may have shared in a snapshot, the most probable first.
 
         Raises:
             SnapshotError: a detection's category is not one of the scene's.

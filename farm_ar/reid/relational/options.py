@@ -1,4 +1,4 @@
-"""What `RelationalReid` assumes, and what it says of motions that things shared."""
+"""What `RelationalReid` assumes, and what it says of motions that objects shared."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from farm_ar.reid.likelihood.options import LikelihoodOptions
 
 @dataclass(frozen=True)
 class RelationalOptions:
-    """What is assumed of motions that things share.
+    """What is assumed of motions that objects share.
 
     Args:
         alone: how each label moves, whether or not it also moved with others.
@@ -54,7 +54,7 @@ class RelationalOptions:
 
 @dataclass(frozen=True)
 class Relation:
-    """A motion that things may have shared, and how probable it is.
+    """A motion that objects may have shared, and how probable it is.
 
     Args:
         kind: "alone" if there was none; "drift" of the frame; or that of a "group".

@@ -1,4 +1,4 @@
-"""Looking for motions that things shared in a snapshot, and what each makes of it."""
+"""Looking for motions that objects shared in a snapshot, and what each makes of it."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ LEAST_RATES = 0.05
 
 
 class Hypothesis(NamedTuple):
-    """A motion that things may have shared, the log of its prior, and what follows from it."""
+    """A motion that objects may have shared, the log of its prior, and what follows from it."""
 
     relation: Relation
     log_prior: float
@@ -123,9 +123,9 @@ def hypotheses(setting: Setting, eyes: Eyes, found: Found) -> list[Hypothesis]:
 
 
 def _worth_using(setting: Setting, alone: Outcome) -> BoolArray:
-    """(K,) models to consider if things moved together: those with probable rates.
+    """(K,) models to consider if objects moved together: those with probable rates.
 
-    Rates say nothing of how things moved, so that those which one hypothesis makes improbable are left out.
+    Rates say nothing of how objects moved, so that those which one hypothesis makes improbable are left out.
     """
     models = setting.known.models
     rates = np.stack([models.detect_rate, models.none_rate], axis=-1)
