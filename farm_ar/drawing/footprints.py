@@ -106,7 +106,7 @@ def label_spots(position: FloatArray, yaw: FloatArray, size: FloatArray) -> Floa
 
 
 def _notch(size: FloatArray) -> FloatArray:
-    """(N,) heights of the heading triangles: a part of the shorter side, on large things no more."""
+    """(N,) heights of the heading triangles: a part of the shorter side, on large objects no more."""
     side = np.minimum(size[:, 0], size[:, 2])
     return _NOTCH * np.minimum(side, np.median(side)) if len(side) else side
 

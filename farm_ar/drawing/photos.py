@@ -1,4 +1,4 @@
-"""An image with what was found in it: outlines of the things, their labels, confidences."""
+"""An image with what was found in it: outlines of the objects, their labels, confidences."""
 
 from __future__ import annotations
 

@@ -129,7 +129,7 @@ class FarmToTableEnv(RecordedEnv):
     | `believed_position`, `believed_heading` | (2 M,) | of each object's own label; white-box only |
     | `difference` | (3 M,) | true less believed: x, z on the scale of `position`, yaw / pi; white-box only |
     | `cost` | (K' M,) | the paper's cost (Eq. 7) to each object of the labels of its category, in order, K' the most of a category, 2 where it has fewer; white-box only |
-    | `margin` | (M,) | the paper's margin / 0.3 of a snapshot as things stand, 1 out of view; white-box only |
+    | `margin` | (M,) | the paper's margin / 0.3 of a snapshot taken now, 1 out of view; white-box only |
     | `hand` | (8,) | x, z like `position`, sin and cos of its yaw, velocity / 1.5 m/s, grip, and whether the visit has begun; 0 when it has been withdrawn; control `hand` only |
 
     Costs and margins, here, in `info` and in the rewards `margin` and `clutter`, are those of the paper's method with
@@ -147,8 +147,8 @@ class FarmToTableEnv(RecordedEnv):
     | `reward` | harm of a step |
     |---|---|
     | `identity` | the rise of the number of wrong labels: those last read from another object than their own |
-    | `margin` | the same + 0.5 x the rise of sum(1 - clip(margin / 0.3, 0, 1)) / 2 over the movable objects in view, of a snapshot as things stand |
-    | `shaped` | the same as `identity` + the rise of sum((1 - clip(m / 0.3, -1, 1)) / 2) over the movable objects in view, of a snapshot as things stand; m is the margin, negative where the label would be wrong |
+    | `margin` | the same + 0.5 x the rise of sum(1 - clip(margin / 0.3, 0, 1)) / 2 over the movable objects in view, of a snapshot taken now |
+    | `shaped` | the same as `identity` + the rise of sum((1 - clip(m / 0.3, -1, 1)) / 2) over the movable objects in view, of a snapshot taken now; m is the margin, negative where the label would be wrong |
     | `clutter` | the same as `identity` + 0.5 x the rise of that sum over all movable objects, were they all in view and known to stand as they do; what a helper (`sign=-1`) can lower |
     | `miscount` | animals that got into the wrong building or ended at an empty spot |
     | `endpoint` | the rise of the distance from believed to true positions, summed, as a share of the diagonal |
@@ -242,7 +242,7 @@ class FarmToTableEnv(RecordedEnv):
     | `head_noise_deg` | 0 | SD of the normal error of the camera's yaw at the snapshot, against the one observed, degrees |
     | `fov` | `"photo"` | HoloLens 2: 64.7° across without vertical limits, or `"display"`, 43° across and 29° vertically; both 3 m far. The built-in scenes' own fields of view are for other commands |
     | `gaze` | `"random"` | a camera drawn for each visit; or `"still"`, the first visit's for all |
-    | `update` | `"pause"` | one snapshot after a visit, during which animals stand still; or `"live"`: five a second while the hand moves things, the animals run on |
+    | `update` | `"pause"` | one snapshot after a visit, during which animals stand still; or `"live"`: five a second while the hand moves buildings; the animals run on |
     | `game` | `True` | physics, animals and counters |
     | `render_mode` | `None` | or `"rgb_array"`; or `"human"`: a page in a browser on this machine, with the extra `web` and a display |
 
@@ -254,7 +254,7 @@ class FarmToTableEnv(RecordedEnv):
     |---|---|---|
     | `accuracy` | float | correct labels of the last snapshot as a share of its detections (Eq. 10), 0 to 1; 1 before the first |
     | `wrong_labels` | int | labels that were last read from another object than their own |
-    | `paper_margin` | float | the least margin of a movable object in view, of a snapshot as things stand; 1 where none has another choice |
+    | `paper_margin` | float | the least margin of a movable object in view, of a snapshot taken now; 1 where none has another choice |
     | `effort` | float | of the step: metres / diagonal + radians / pi |
     | `miscounts` | int | animals so far that got into the wrong building or ended at an empty spot |
     | `phase` | int | `Phase`: 0 (`PLAY`, animals run) or 1 (`HAND`, a visit is under way and they stand still) |
@@ -433,7 +433,7 @@ class FarmToTableEnv(RecordedEnv):
 
     @property
     def expected_wrong(self) -> float:
-        """About how many labels a snapshot as things stand would get wrong, each counted from 0 to 1.
+        """About how many labels a snapshot taken now would get wrong, each counted from 0 to 1.
 
         Raises:
             gymnasium.error.ResetNeeded: there has been no episode yet.

@@ -40,12 +40,12 @@ def wrong_labels(env: FarmToTableEnv) -> float:
 
 
 def ambiguity(env: FarmToTableEnv) -> float:
-    """Half the sum over movable objects in view of 1 - margin / 0.3, of a snapshot as things stand."""
+    """Half the sum over movable objects in view of 1 - margin / 0.3, of a snapshot taken now."""
     return env.ambiguity
 
 
 def expected_wrong(env: FarmToTableEnv) -> float:
-    """Sum over movable objects in view of (1 - signed margin / 0.3) / 2, of a snapshot as things stand.
+    """Sum over movable objects in view of (1 - signed margin / 0.3) / 2, of a snapshot taken now.
 
     It rises smoothly from 0 to 1 for each label while its object comes to be taken for another.
     """

@@ -145,7 +145,7 @@ EFFECTS: dict[str, Effect] = {
 
 
 class EventLayer:
-    """Looks at real things now and then, and lets what has changed have its effect.
+    """Looks at real objects now and then, and lets what has changed have its effect.
 
     Args:
         game: on which it has it.

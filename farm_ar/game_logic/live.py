@@ -1,4 +1,4 @@
-"""The game without its pause: identification runs while the hand moves things, and animals go on."""
+"""The game without its pause: identification runs while the hand moves objects, and animals go on."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ _WAYS = {
 
 
 def beliefs(reid: Reidentifier, snapshot: Snapshot) -> tuple[str, ...]:
-    """What a method infers about how the things in a snapshot have moved, a sentence each.
+    """What a method infers about how the objects in a snapshot have moved, a sentence each.
 
     Args:
         reid: the method; nothing is said of those that do not average over motions.

@@ -1,4 +1,4 @@
-"""Proofs: how far things may have moved for an answer to be right (T1); pruning that changes no answer."""
+"""Proofs: how far objects may have moved for an answer to be right (T1); pruning that changes no answer."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ class Detector:
         yaw_sd: noise of the detected heading, radians.
         size_sd: noise of each detected side, as a share of it.
         miss_rate: probability that an object in view is not detected.
-        false_rate: mean number of detections a snapshot of things that are not there (Poisson): anywhere on
+        false_rate: mean number of detections a snapshot of objects that are not there (Poisson): anywhere on
             the plane in view, turned anyhow, otherwise like some object of the layout; none if it has none.
         unknown_rate: probability that a detection's category is not known.
 

@@ -174,7 +174,7 @@ class Script:
 
     @property
     def watches_parts(self) -> bool:
-        """Whether parts of real things matter in it."""
+        """Whether parts of real objects matter in it."""
         return self.gate != "open" or any(visit.changes for visit in self.visits)
 
 

@@ -1,4 +1,4 @@
-"""Light and shadow (paper, section 5.1): virtual things throw shadows where their buildings stand now."""
+"""Light and shadow (paper, section 5.1): virtual objects throw shadows where their buildings stand now."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ FLAG_M = 0.16
 """Height of a flag, metres."""
 
 VIRTUAL = 100
-"""Numbers of virtual things in pictures begin here; those of real ones are their indices."""
+"""Numbers of virtual objects in pictures begin here; those of real ones are their indices."""
 
 
 def flag(colour: Colour) -> Mesh:
@@ -70,7 +70,7 @@ def virtual_instances(game: FarmGame) -> list[Instance]:
 
 
 def picture(game: FarmGame, virtual: Sequence[Instance]) -> Image:
-    """The table with real and virtual things in one light: each throws its shadow on all others."""
+    """The table with real and virtual objects in one light: each throws its shadow on all others."""
     scene = game.scene
     renderer = Renderer([*table(scene), *real_instances(game)], SUN, (204, 216, 226), True, shaded_box(scene))
     view = View.of(camera(), Intrinsics.of_view(*PANE, np.deg2rad(50.0)))

@@ -26,7 +26,7 @@ def check_pose_estimator(
 ) -> None:
     """Run every check on a pose estimator.
 
-    It must answer any image of its camera: of things on a table, of an empty one, black, noise, small, tall,
+    It must answer any image of its camera: of objects on a table, of an empty one, black, noise, small, tall,
     from straight above. What it finds are of the categories asked for and of their meshes' sizes; the same
     question gets the same answer, from another instance too; the question is left as it was. What cannot be
     answered is refused in one line: an image of other pixels than the camera's, a camera below the table, no

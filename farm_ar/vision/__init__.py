@@ -1,4 +1,4 @@
-"""Poses of things from images: what estimates them, and what trains it."""
+"""Poses of objects from images: what estimates them, and what trains it."""
 
 from farm_ar.vision.base import PoseEstimates, PoseEstimator, check_question
 from farm_ar.vision.camera_refinement import Landmarks, refine_camera

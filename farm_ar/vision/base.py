@@ -21,7 +21,7 @@ Image = npt.NDArray[np.uint8]
 
 @dataclass(frozen=True, eq=False)
 class PoseEstimates(Record):
-    """N things that were found in an image, and how far each pose can be trusted.
+    """N objects that were found in an image, and how far each pose can be trusted.
 
     Args:
         detections: their poses on the plane y = 0; the confidence is the score, the probability that there is
@@ -75,11 +75,11 @@ class PoseEstimates(Record):
 
 
 class PoseEstimator(ABC):
-    """Finds things that stand on a plane in an image, and their poses."""
+    """Finds objects that stand on a plane in an image, and their poses."""
 
     @abstractmethod
     def estimate(self, image: Image, camera: View, meshes: Mapping[str, Mesh]) -> PoseEstimates:
-        """The poses of all things of some categories that an image shows.
+        """The poses of all objects of some categories that an image shows.
 
         They stand upright on the plane y = 0. An estimator may be asked for any categories; of those that it
         does not know it finds none. Equal questions get equal answers.

@@ -17,7 +17,7 @@ GAIN, MOST_MOVED = (-2.0, 6.0), 8.0
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """What is known of N things beside their poses.
+    """What is known of N objects beside their poses.
 
     Args:
         heat: (N,) of the network's peaks.
@@ -123,7 +123,7 @@ class Calibration:
         return _logistic(evidence.for_score() @ self.score_of)
 
     def most(self, heat: FloatArray, visible: FloatArray) -> FloatArray:
-        """(N,) the highest score that things may have, whatever refinement makes of them."""
+        """(N,) the highest score that objects may have, whatever refinement makes of them."""
         n, best = len(heat), np.zeros(len(heat))
         nothing, one = np.zeros(n), np.ones(n)
         for gain in (nothing + GAIN[0], nothing, nothing + GAIN[1]):
@@ -137,7 +137,7 @@ class Calibration:
         return _logistic(evidence.for_flip() @ self.flip_of)
 
     def covariance(self, evidence: Evidence, toward: FloatArray) -> FloatArray:
-        """(N, 3, 3) of x, z and yaw, for things that stand in directions (N,) from the eye, radians."""
+        """(N, 3, 3) of x, z and yaw, for objects that stand in directions (N,) from the eye, radians."""
         columns = evidence.for_spread()
         along, across, turn = (
             np.exp(np.clip(columns @ of, -9, 2)) for of in (self.along_of, self.across_of, self.turn_of)

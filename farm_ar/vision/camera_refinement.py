@@ -2,7 +2,7 @@
 
 A headset knows where it is to about a centimetre and half a degree. Where it is wrong, so is every pose that
 is lifted through it, however good the image. The pose is moved to where the table's rim and the outlines of
-fixed things lie along edges of the image.
+fixed objects lie along edges of the image.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Landmarks(Record):
     """What stands still.
 
     Args:
-        fixed: things whose poses are known, to be seen in the image.
+        fixed: objects whose poses are known, to be seen in the image.
         rim: (R, 2, 3) straight edges, as of a table's top, each from one end to the other, metres.
     """
 
@@ -46,12 +46,12 @@ class Landmarks(Record):
     def of_table(
         cls, width: float, depth: float, fixed: Sequence[Instance] = (), rim: float = 0.0
     ) -> Landmarks:
-        """A table's top from (0, 0, 0) to (width, 0, depth), and fixed things on it.
+        """A table's top from (0, 0, 0) to (width, 0, depth), and fixed objects on it.
 
         Args:
             width: of the top, metres.
             depth: likewise.
-            fixed: things on it.
+            fixed: objects on it.
             rim: how much farther a rim of another colour reaches, metres; 0 for none.
         """
         edges = []
@@ -76,7 +76,7 @@ def refine_camera(
         image: (H, W, 3).
         camera: about right, within centimetres and a degree or two.
         landmarks: what stands still.
-        hidden: other things, about where they are; what they hide of the landmarks is not looked for.
+        hidden: other objects, about where they are; what they hide of the landmarks is not looked for.
 
     Returns:
         The camera, and (6, 6) the covariance of its error: of x, y, z, metres, and of yaw, pitch, roll,

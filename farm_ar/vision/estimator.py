@@ -24,7 +24,7 @@ LEAST_HEAT = 0.18
 """What the network is less confident of is not looked at."""
 
 SURE_HEAT = 0.35
-"""Of what hides other things."""
+"""Of what hides other objects."""
 
 FARTHEST_SIZES = 40.0
 """What is farther away than so many of its sizes is not looked at."""
@@ -56,7 +56,7 @@ class NetworkEstimator(PoseEstimator):
         self._solids: dict[str, tuple[Mesh, Solid]] = {}
 
     def estimate(self, image: Image, camera: View, meshes: Mapping[str, Mesh]) -> PoseEstimates:
-        """The poses of all things of some categories that an image shows."""
+        """The poses of all objects of some categories that an image shows."""
         check_question(image, camera, meshes)
         network: PoseNetwork = network_of(self._model)
         found = candidates(image, camera, network, meshes)
@@ -83,7 +83,7 @@ class NetworkEstimator(PoseEstimator):
 
 
 def _instances(found: Found, meshes: Mapping[str, Mesh]) -> list[Instance]:
-    """Things where the network has them."""
+    """Objects where the network has them."""
     sure = found.heat > SURE_HEAT
     return [
         Instance(meshes[name], np.array([x, 0.0, z]), yaw)
@@ -94,7 +94,7 @@ def _instances(found: Found, meshes: Mapping[str, Mesh]) -> list[Instance]:
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """N things as the network has them, on the plane.
+    """N objects as the network has them, on the plane.
 
     Args:
         category: of each.

@@ -26,7 +26,7 @@ SPREAD = slice(7, 9)
 """Logarithm of the mean absolute error of the foot, cells, and of the axis."""
 
 FOREGROUND = 9
-"""Logit of the share of the cell that shows things."""
+"""Logit of the share of the cell that shows objects."""
 
 _LEAST_SHARE, _AGREE = 0.35, 1.5
 """Share of a peak's heat that a cell beside it has, and cells by which it may differ, for it to count."""
@@ -37,7 +37,7 @@ REGRESSED = 10
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """N things that the network may have seen.
+    """N objects that the network may have seen.
 
     Args:
         category: (N,) index.
@@ -59,12 +59,12 @@ class Candidates:
 
 
 def read(output: npt.NDArray[np.float32], least: float = 0.1, most: int = 128) -> Candidates:
-    """The things whose peaks are highest.
+    """The objects whose peaks are highest.
 
     Args:
         output: (C + `REGRESSED`, H, W) of one image.
         least: heat of a peak.
-        most: things.
+        most: objects.
     """
     categories = len(output) - REGRESSED
     heat = 1 / (1 + np.exp(-output[:categories].astype(np.float64)))

@@ -39,7 +39,7 @@ class MeasuredNoise:
 
     Args:
         edges: (D - 1,) metres from the eye on the plane, between classes of distance.
-        miss: (D,) share of the things in the picture that is not found.
+        miss: (D,) share of the objects in the picture that is not found.
         flip: (D,) share of those found whose yaw is more than 90 degrees off.
         bias: (D, 3) mean error of the rest: away from the eye and to its side, metres; of the yaw, radians.
         covariance: (D, 3, 3) of it.
@@ -75,10 +75,10 @@ class MeasuredNoise:
         return Uncertainty(covariance, np.ones(kind.shape), wrap(yaw + np.pi), flip)
 
     def for_sizes(self, size: FloatArray) -> MeasuredNoise:
-        """The same of things of other sizes, which look as large from a distance larger by as much.
+        """The same of objects of other sizes, which look as large from a distance larger by as much.
 
         Args:
-            size: (N, 3) sides of the things, metres; lengths go with the mean of their logarithms.
+            size: (N, 3) sides of the objects, metres; lengths go with the mean of their logarithms.
         """
         farm = builtin_scene("farm").layout
         factor = float(np.exp(np.log(size).mean() - np.log(farm.size[farm.movable]).mean()))
@@ -96,11 +96,11 @@ class MeasuredNoise:
         return float(np.sqrt(np.linalg.eigvalsh(covariance[:2, :2])[1])), float(np.sqrt(covariance[2, 2]))
 
     def missed(self, away: FloatArray, uniform: FloatArray) -> BoolArray:
-        """Which things at distances (...) are not found, by uniform random numbers (...)."""
+        """Which objects at distances (...) are not found, by uniform random numbers (...)."""
         return np.asarray(uniform < self.miss[np.searchsorted(self.edges, away)])
 
     def errors(self, offset: FloatArray, normal: FloatArray, uniform: FloatArray) -> FloatArray:
-        """Errors of the things that are found.
+        """Errors of the objects that are found.
 
         Args:
             offset: (..., 2) of them from the eye, metres.
@@ -231,7 +231,7 @@ def measure(
         perception: that takes the pictures.
         moments: what stands where, and the camera.
         seed: of the sensor's noise.
-        classes: of distance, with equally many things in each.
+        classes: of distance, with equally many objects in each.
     """
     rng = np.random.default_rng(seed)
     rows, false = [], 0
@@ -275,7 +275,7 @@ def _summary(away: FloatArray, error: FloatArray, edges: FloatArray) -> dict[str
 def moments_of(
     scene: Scene, count: int, seed: int, moved: float = 0.07, turned: float = float(np.deg2rad(25))
 ) -> list[tuple[Layout, Camera]]:
-    """Moments of visits to a scene: movable things around their homes but not in one another; cameras.
+    """Moments of visits to a scene: movable objects around their homes but not in one another; cameras.
 
     Args:
         scene: with their homes.

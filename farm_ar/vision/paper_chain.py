@@ -90,7 +90,7 @@ class PaperEstimator(PoseEstimator):
         self._known: dict[str, tuple[Mesh, torch.Tensor]] = {}
 
     def estimate(self, image: Image, camera: View, meshes: Mapping[str, Mesh]) -> PoseEstimates:
-        """The poses of all things of some categories that an image shows."""
+        """The poses of all objects of some categories that an image shows."""
         check_question(image, camera, meshes)
         rows: list[tuple[str, FloatArray, float]] = []
         for mask in self.masks(image):

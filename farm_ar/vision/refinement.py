@@ -94,7 +94,7 @@ class Refined:
 
 @dataclass(frozen=True, eq=False)
 class Guesses:
-    """Where N things may stand.
+    """Where N objects may stand.
 
     Args:
         category: of each.
@@ -112,13 +112,13 @@ class Guesses:
 
 
 def refine(image: Image, camera: View, solids: Mapping[str, Solid], guesses: Guesses) -> Refined:
-    """Refine the poses of things that an image shows.
+    """Refine the poses of objects that an image shows.
 
     Args:
         image: (H, W, 3).
         camera: its camera.
         solids: of each category.
-        guesses: where N things may stand.
+        guesses: where N objects may stand.
     """
     stage = _Stage(image, camera, [solids[name] for name in guesses.category], guesses)
     count = len(guesses.pose)

@@ -18,7 +18,7 @@ Eye = tuple[FloatArray, FloatArray, Structs[Lens]]
 """Where the camera is, its axes in the world, and its lens."""
 
 Around = tuple[Nearness, Nearness, Nearness]
-"""(H, W) nearness of other things, (H, W, 3) the image, (H, W) what each pixel costs without the thing."""
+"""(H, W) nearness of other objects, (H, W, 3) the image, (H, W) what each pixel costs without the thing."""
 
 VARIANCE = 30.0
 """That of a colour on one piece, at the least, of 255 squared: noise."""

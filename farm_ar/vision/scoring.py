@@ -38,7 +38,7 @@ CLAIMED = "at least 40%"
 
 @dataclass(frozen=True, eq=False)
 class Frame(Record):
-    """An image and what stands there, T things.
+    """An image and what stands there, T objects.
 
     Args:
         name: of its file.
@@ -108,7 +108,7 @@ def read_frame(file: Path) -> Frame:
 
 
 class Matched(NamedTuple):
-    """What an estimator found of a frame's things.
+    """What an estimator found of a frame's objects.
 
     Attributes:
         found: (T,) whether each was found.
@@ -134,7 +134,7 @@ class Matched(NamedTuple):
 
 
 def match(frame: Frame, estimates: PoseEstimates, seconds: float = 0.0) -> Matched:
-    """Pair estimates with the things that are nearest, each once, within categories and `FOUND_M`."""
+    """Pair estimates with the objects that are nearest, each once, within categories and `FOUND_M`."""
     seen, count = estimates.detections, len(frame.category)
     distance = np.linalg.norm(frame.position[:, None] - seen.position[None], axis=-1)
     same = np.array([[a == b for b in seen.category] for a in frame.category], bool).reshape(distance.shape)
@@ -161,7 +161,7 @@ def match(frame: Frame, estimates: PoseEstimates, seconds: float = 0.0) -> Match
 
 
 class Score(NamedTuple):
-    """One row of the table: of things that are visible to some share.
+    """One row of the table: of objects that are visible to some share.
 
     Attributes:
         things: how many.
@@ -280,7 +280,7 @@ def _score(mask: BoolArray, found: Mapping[str, Any]) -> Score:
 
 COLUMNS = (
     "visible",
-    "things",
+    "objects",
     "missed",
     "false",
     "position p50/p90 cm",

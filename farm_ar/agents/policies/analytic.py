@@ -51,7 +51,7 @@ def plan_of(env: FarmToTableEnv, moves: int, terms: Terms, beam: int) -> list[St
     Args:
         env: an environment in an episode.
         moves: how many objects are moved at most.
-        terms: what things cost, and how far an object can be moved.
+        terms: what objects cost, and how far an object can be moved.
         beam: how many unfinished plans are kept.
     """
     most, scene, m = env.budget.most, env.view.scene, len(env.view.truth)
@@ -69,7 +69,7 @@ def move_of(view: TableView, step: Step) -> Move:
 
 
 def terms_of(scene: Scene, action: str, effort_weight: float) -> Terms:
-    """What things cost on a scene, and what an action of that name can do.
+    """What objects cost on a scene, and what an action of that name can do.
 
     Args:
         scene: the room.

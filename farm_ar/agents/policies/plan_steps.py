@@ -47,7 +47,7 @@ class Table(NamedTuple):
 
 
 class Terms(NamedTuple):
-    """What things cost, and what one action can do.
+    """What objects cost, and what one action can do.
 
     Args:
         metre: cost (Eq. 7) of a metre.

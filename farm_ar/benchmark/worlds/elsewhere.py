@@ -1,4 +1,4 @@
-"""Other origins, units and habits: a warehouse, a board, carts, bad detectors, things that come and go."""
+"""Other origins, units and habits: a warehouse, a board, carts, bad detectors, objects that come and go."""
 
 from __future__ import annotations
 

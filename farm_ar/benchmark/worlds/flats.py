@@ -1,4 +1,4 @@
-"""Flats with furniture: most things stay exactly where they were, some are moved, some change places."""
+"""Flats with furniture: most objects stay exactly where they were, some are moved, some change places."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from farm_ar.scenes import Camera, Detector, FieldOfView
 
 @dataclass(frozen=True)
 class Thing:
-    """Things of one category in a room: how many at least and at most, their sides, how easily they move."""
+    """Objects of one category in a room: how many at least and at most, their sides, how easily they move."""
 
     category: str
     least: int
@@ -59,7 +59,7 @@ ROOMS: dict[str, tuple[Thing, ...]] = {
 """What stands in each kind of room."""
 
 GAP_M = 0.35
-"""Between the middles of things that are put somewhere, where there is room."""
+"""Between the middles of objects that are put somewhere, where there is room."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class Tidying:
 
 
 def furnished(rng: np.random.Generator, rooms: Sequence[str]) -> tuple[Area, list[Area], Objects, FloatArray]:
-    """A flat of rooms in a row: its bounds, the rooms, its things, and (N,) how easily each moves.
+    """A flat of rooms in a row: its bounds, the rooms, its objects, and (N,) how easily each moves.
 
     The flat's origin is the doormat, a metre in front of a corner that is drawn.
     """
@@ -111,7 +111,7 @@ def furnished(rng: np.random.Generator, rooms: Sequence[str]) -> tuple[Area, lis
 def tidied(
     known: Objects, flat: Area, mobile: FloatArray, tidying: Tidying, rng: np.random.Generator
 ) -> Objects:
-    """The things some time later."""
+    """The objects some time later."""
     number = len(known.labels)
     position, yaw = known.position.copy(), known.yaw.copy()
     fate = rng.random(number) / np.maximum(mobile, 1e-9)
@@ -148,7 +148,7 @@ def flats(
         rng: where the randomness comes from.
         count: how many pairs.
         tidying: what happens in between.
-        twins_only: whether things that are the only ones of their category are left out.
+        twins_only: whether objects that are the only ones of their category are left out.
         partly: whether the second look is that of a headset in one room: what stands behind something is
             not seen, one in ten is missed, poses are measured to 2 cm and 4 degrees.
     """

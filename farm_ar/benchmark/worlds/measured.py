@@ -56,7 +56,7 @@ def rescans(rng: np.random.Generator, count: int, moved: float = 0.12) -> list[E
     Args:
         rng: where the randomness comes from.
         count: how many pairs.
-        moved: share of the things that really move, by .3 to 2.5 m.
+        moved: share of the objects that really move, by .3 to 2.5 m.
     """
     category = [name for name, number, _ in KINDS for _ in range(number)]
     names = [f"{name} {category[: i + 1].count(name)}" for i, name in enumerate(category)]

@@ -41,7 +41,7 @@ _CROWD_STEP_M = 0.045
 """Side of the squares before the shed's door that labels leave to the animals, metres."""
 
 _SITES_COUNT = 3
-"""The name of a site counts as so many things that labels should not cover."""
+"""The name of a site counts as so many objects that labels should not cover."""
 
 _CELL_LINES: Colour = (168, 158, 142)
 
@@ -259,7 +259,7 @@ class TableFromAbove:
 
     @cached_property
     def _roofs(self) -> IntArray:
-        """(N,) the drawings of things, the large ones first."""
+        """(N,) the drawings of objects, the large ones first."""
         layout, arts = self.scene.layout, []
         for i in self._large_first:
             width, _, depth = layout.size[i].tolist()

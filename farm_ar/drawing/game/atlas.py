@@ -80,7 +80,7 @@ class Atlas:
         solid: bool,
         yaw: FloatArray | None = None,
     ) -> None:
-        """Draw upright things, the farthest first, where nothing nearer is.
+        """Draw upright objects, the farthest first, where nothing nearer is.
 
         Args:
             image: to draw on.

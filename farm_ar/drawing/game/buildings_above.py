@@ -1,4 +1,4 @@
-"""Roofs: coops, hutches, the shed and plain things from above, each filling exactly its footprint."""
+"""Roofs: coops, hutches, the shed and plain objects from above, each filling exactly its footprint."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def roof(category: str, colour: Colour, width: float, depth: float) -> Art:
     """A building or other thing from above, its front ahead.
 
     Args:
-        category: coops, hutches and sheds have roofs of their own, other things a plain lid.
+        category: coops, hutches and sheds have roofs of their own, other objects a plain lid.
         colour: of a plain lid.
         width: of the footprint, metres.
         depth: likewise.

@@ -94,7 +94,7 @@ def figures_of(solid: str, without: tuple[str, ...]) -> tuple[Figure, ...]:
 
 
 def directions(view: Pinhole, places: FloatArray, heading: FloatArray) -> tuple[IntArray, FloatArray]:
-    """From where things on the table are seen.
+    """From where objects on the table are seen.
 
     Args:
         view: the camera.

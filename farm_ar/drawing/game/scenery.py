@@ -20,7 +20,7 @@ from farm_ar.geometry import footprint_corners, heading
 from farm_ar.scenes import Layout, Scene
 
 _SPACING = 0.012
-"""Between things, metres."""
+"""Between objects, metres."""
 
 _TO_TROUGH = np.array([0.03, 0.0])
 _DOG_SPEED = 0.07

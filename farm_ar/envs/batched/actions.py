@@ -30,7 +30,7 @@ def true_yaw(b: int, i: int, batch: Batch, choices: Choices) -> float:
 
 @compiled(inline="always")
 def decode(b: int, action: FloatArray, batch: Batch, choices: Choices, scenery: Scenery, work: Work) -> int:
-    """Fill in the moves that an action asks for, before the budget; of things in view.
+    """Fill in the moves that an action asks for, before the budget; of objects in view.
 
     Returns:
         How many; -1 to end the turn.

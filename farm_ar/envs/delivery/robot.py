@@ -91,7 +91,7 @@ def wrapped(angle: float) -> float:
 
 
 class Robot:
-    """The robot among things that do not give way.
+    """The robot among objects that do not give way.
 
     Args:
         things: what stands in the room.

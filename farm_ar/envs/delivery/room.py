@@ -15,7 +15,7 @@ TABLE = (0.6, 0.72, 0.6)
 """Width, height and depth of the table at every site, metres: our choice, the scenes do not say."""
 
 GAP_M = 0.02
-"""Room left between two things that stand in a room."""
+"""Room left between two objects that stand in a room."""
 
 ATTEMPTS = 500
 """Draws of a thing's place before the whole layout is drawn anew."""

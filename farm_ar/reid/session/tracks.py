@@ -65,7 +65,7 @@ def going_on(
         seen: what was seen the last time.
         tracks: what was believed of it.
         now: what is seen now, in the same frame.
-        spacing: of the place's things, metres.
+        spacing: of the place's objects, metres.
     """
     earlier = {name: k for k, name in enumerate(seen.track_id) if name is not None}
     pairs = [(i, earlier[name]) for i, name in enumerate(now.track_id) if name in earlier]
@@ -105,7 +105,7 @@ def with_tracks(
 
     Args:
         answer: by the picture alone.
-        given: the same if the tracks are on the things they were on; None where the method cannot say.
+        given: the same if the tracks are on the objects they were on; None where the method cannot say.
         labels: all labels of the place.
         now: the detections, in the map's frame.
         going: the tracks that went on.

@@ -30,7 +30,7 @@ class Sample:
     Args:
         image: (`HEIGHT`, `WIDTH`, 3).
         things: (N, 8) of `COLUMNS`.
-        foreground: (H, W) of cells: share that shows things, 0 to 255.
+        foreground: (H, W) of cells: share that shows objects, 0 to 255.
         window: (4,) first and last column, first and last row of the pixels that are not padding.
     """
 
@@ -67,7 +67,7 @@ class Samples:
 
 
 def labels_of(scene: RandomScene, ids: npt.NDArray[np.int32], window: IntArray) -> npt.NDArray[np.float32]:
-    """(N, 8) `COLUMNS` of the things in a scene whose picture has some ids."""
+    """(N, 8) `COLUMNS` of the objects in a scene whose picture has some ids."""
     if not scene.things:
         return np.empty((0, len(COLUMNS)), np.float32)
     view, small = scene.view, scene.view.intrinsics.resized(WIDTH, HEIGHT)

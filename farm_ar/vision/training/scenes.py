@@ -1,4 +1,4 @@
-"""Random scenes: things on a table, apart and touching, among clutter and behind hands, and a camera."""
+"""Random scenes: objects on a table, apart and touching, among clutter and behind hands, and a camera."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ class Stage:
         return place if 0.15 * self.span < away < 1.75 * self.span else None
 
     def _places(self, rng: np.random.Generator, view: View) -> list[tuple[int, float, float, float]]:
-        """Category, x, z and yaw of things that do not stand in one another."""
+        """Category, x, z and yaw of objects that do not stand in one another."""
         found: list[tuple[int, float, float, float]] = []
         wanted = int(rng.integers(0, MOST_THINGS + 1)) if rng.random() < 0.93 else 0
         small = np.flatnonzero(~self._large)
@@ -181,7 +181,7 @@ class Stage:
     def _clutter(
         self, rng: np.random.Generator, view: View, place: list[tuple[int, float, float, float]]
     ) -> list[Instance]:
-        """Solids of all sizes that are none of the things, on the table; some stand before the camera."""
+        """Solids of all sizes that are none of the objects, on the table; some stand before the camera."""
         made = []
         for _ in range(min(int(rng.poisson(rng.choice([0.0, 2.0, 6.0]))), 12)):
             spot = self._anywhere(rng, view)
