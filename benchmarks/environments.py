@@ -280,14 +280,13 @@ PREFACE = """# Speed of the environments
 
 Made by `python benchmarks/environments.py --write` (LunarLander needs the extra `bench`), with {machine}:
 processor time on one core, state observations, through `gym.make`. Episodes were recorded beforehand and are
-played again, so that the policies cost nothing; all cases take turns, and of every episode its best time
+replayed, so that the policies take no time; all cases take turns, and the best time of every episode
 counts. The ratios carry over to other machines better than the numbers.
 
-A step of `FarmToTable-v0` is a whole pick-and-place with the hand's way there and back, and once an episode
+A step of `FarmToTable-v0` is a whole pick-and-place, with the hand's way there and back, and once an episode
 five seconds of play; one of `FarmToTableHand-v0` is six ticks of physics, of the hand's visibility and of
-the animals; one of `FarmToTableLayout-v0` is up to seven pick-and-places and five seconds of play. Idle
-means that the hand waits out of view, dragging that it pulls one building after another through the others
-at up to 1.5 m/s.
+the animals; one of `FarmToTableLayout-v0` is up to seven pick-and-places and five seconds of play. *Idle*: the
+hand waits out of view. *Dragging*: it pulls one building after another through the others at up to 1.5 m/s.
 
 """
 
