@@ -285,8 +285,9 @@ counts. The ratios carry over to other machines better than the numbers.
 
 A step of `FarmToTable-v0` is a whole pick-and-place, with the hand's way there and back, and once an episode
 five seconds of play; one of `FarmToTableHand-v0` is six ticks of physics, of the hand's visibility and of
-the animals; one of `FarmToTableLayout-v0` is up to seven pick-and-places and five seconds of play. *Idle*: the
-hand waits out of view. *Dragging*: it pulls one building after another through the others at up to 1.5 m/s.
+the animals; one of `FarmToTableLayout-v0` is up to seven pick-and-places and five seconds of play. *Idle*:
+the hand waits out of view. *Dragging*: it pulls one building after another through the others at up to
+1.5 m/s.
 
 """
 

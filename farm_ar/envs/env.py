@@ -226,7 +226,7 @@ class FarmToTableEnv(RecordedEnv):
     | `observation` | `"state"` | or `"flat"`, `"pixels"`, `"headset"` |
     | `knowledge` | `"white-box"` | or `"black-box"`: the policy sees the table, not the headset's belief state |
     | `reward`, `sign`, `effort_weight` | `"identity"`, 1, 0.25 | see Rewards |
-    | `reid` | `"spatial"` | `likelihood`, `relational`, `nearest`, `distance`, `squared-distance`, `last-known`, or a function from a `Scene` to a `Reidentifier` |
+    | `reid` | `"spatial"` | any re-identifier's name ([files.md](files.md#methods-and-options-of-farm-ar-identify)), or a function from a `Scene` to a `Reidentifier` |
     | `session` | `"off"` | or `"learn"`, with `reid="adaptive"`: it learns from the answers of an episode how far things are moved |
     | `perception` | `"oracle"` | true poses; `"pixels"`: poses estimated from a picture of 640 x 360 pixels, by the headset's camera; or a `Perception` |
     | `oracle_noise` | `"none"` | `"measured"`: true poses with the errors, misses and false detections that were measured on such pictures |

@@ -65,7 +65,7 @@ def reid_factory(reid: Any, field: str = "reid") -> ReidFactory:
 
 
 def load_reid(name: str, field: str = "reid") -> ReidFactory:
-    """What makes the re-identifier of a name that a person typed: one of ours, or a class of his own.
+    """What makes the re-identifier of a name on the command line: a built-in one, or a user's class.
 
     Args:
         name: one in `REIDENTIFIERS`, or `module:Class` of something that is called with the scene. The module
