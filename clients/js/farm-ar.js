@@ -166,6 +166,7 @@ export class FarmAr {
    */
   listen(tell, frame) {
     let over = false;
+    let wait = 1000;
     /** @type {any} */ let line = null;
     const begin = () => {
       if (over) return;
@@ -173,7 +174,11 @@ export class FarmAr {
       const where = `${this.url.replace(/^http/, "ws")}${this._path("events")}`;
       line = new this.WebSocket(`${where}?frame=${frame ?? this.layout?.frame ?? "unity"}${token}`);
       line.onmessage = (/** @type {{data: string}} */ event) => tell(JSON.parse(event.data));
-      line.onclose = () => void setTimeout(begin, 1000);
+      line.onopen = () => void (wait = 1000);
+      line.onclose = () => {
+        setTimeout(begin, wait);
+        wait = Math.min(2 * wait, 30000); // asked again and again, a wrong token would shut out all of this machine
+      };
     };
     begin();
     return () => {

@@ -199,6 +199,12 @@ def _attacks(folder: Path) -> None:
     )
 
 
+def _service(folder: Path) -> None:
+    from farm_ar.service.warmup import warm_up
+
+    warm_up()
+
+
 def _design(folder: Path) -> None:
     _command("design", "--plot", folder / "design.svg")
 
@@ -237,6 +243,7 @@ STEPS: dict[str, Callable[[Path], None]] = {
     "hand": _hand,
     "layouts": _layout,
     "spatial": _spatial,
+    "service": _service,
     "design": _design,
     "films": _film,
 }

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -77,16 +78,19 @@ class Assurance(Record):
 
     def filled(self, detections: int) -> Assurance:
         """The same with NaN, or None, per detection for what is not known."""
-        unknown = np.full(detections, np.nan)
-        margin = unknown if self.margin is None else self.margin
-        confidence = unknown if self.confidence is None else self.confidence
-        runner_up = (None,) * detections if self.runner_up is None else tuple(self.runner_up)
-        for name, value in (("margin", margin), ("runner_up", runner_up), ("confidence", confidence)):
+        nothing = {"margin": np.nan, "runner_up": None, "confidence": np.nan}
+        values = dict[str, Any]()
+        for name, unknown in nothing.items():
+            value = getattr(self, name)
+            if value is None:
+                value = (None,) * detections if unknown is None else np.full(detections, unknown)
             if len(value) != detections:
                 raise SnapshotError(
                     name, f"must have an entry for each of {detections} detections", len(value)
                 )
-        return replace(self, margin=margin, runner_up=runner_up, confidence=confidence)
+            values[name] = value
+        values["runner_up"] = tuple(values["runner_up"])
+        return Assurance.trusted(**vars(self) | values)
 
 
 @dataclass(frozen=True, eq=False)

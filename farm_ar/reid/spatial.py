@@ -22,6 +22,7 @@ from farm_ar.reid.assignment import (
     in_parts,
     labels_of_one,
     margins_and_runners_up,
+    margins_of_one,
     solve_assignment,
 )
 from farm_ar.reid.assignment.nearest import solve_nearest
@@ -80,7 +81,7 @@ class SpatialReid(Reidentifier):
             problem = self.costs.seen_one(seen, category), self.costs.known(candidates), self.costs.model()
             begin = time.perf_counter()
             column, given = labels_of_one(*problem)
-            margins = partial(_margins_of, *problem)
+            margins = partial(margins_of_one, *problem)
         else:
             cost = self.costs.gated(seen, category, candidates)
             begin = time.perf_counter()
@@ -303,9 +304,3 @@ class SpatialReid(Reidentifier):
             return True
         codes = self.scene.layout.category_code[offered].tolist()
         return all(detected.count(code) <= codes.count(code) for code in set(detected) - {UNKNOWN})
-
-
-def _margins_of(seen: Seen, known: Known, model: CostModel) -> tuple[FloatArray, IntArray]:
-    """The margins and runners-up of one snapshot."""
-    answer = assess(seen, known, model, margins=True)
-    return answer.margin[0], answer.runner_up[0]

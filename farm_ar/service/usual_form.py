@@ -97,21 +97,26 @@ def _read(data: Any, body: bytes, limits: ServiceLimits) -> SnapshotBody:
     if body.count(b":") != fields:
         raise _OtherwiseError
     _check_texts(ids, tracks, categories, limits.most_text)
+    eye = [view.get(name, 0.0) if k == up else view[name] for k, name in enumerate("xyz")]
+    rows.append((*eye, view["yaw_deg"], *_UNKNOWN_SIZE, 1.0))
     values = _numbers(rows)
-    camera, assumed = _camera(view, frame, up)
+    world = _WORLDS[frame]
+    poses = world.poses(values[:, :3], np.deg2rad(values[:, 3]))
+    place, height = poses.position, poses.elevation
+    camera, assumed = _camera(
+        view, place[-1].copy(), poses.yaw[-1], height[-1] if "xyz"[up] in view else None
+    )
     stamp: Any = data.get("timestamp")
     if "timestamp" in data and (type(stamp) not in _NUMBERS or not TIME.low <= stamp <= TIME.high):
         raise _OtherwiseError
-    world = _WORLDS[frame]
-    poses = world.poses(values[:, :3], np.deg2rad(values[:, 3]))
     n = len(seen)
     detections = Detections.trusted(
         category=tuple(categories),
-        position=np.ascontiguousarray(poses.position),
-        yaw=np.ascontiguousarray(poses.yaw),
-        size=np.ascontiguousarray(values[:, 4:7]),
-        elevation=np.ascontiguousarray(poses.elevation),
-        confidence=np.ascontiguousarray(values[:, 7]),
+        position=np.ascontiguousarray(place[:-1]),
+        yaw=np.ascontiguousarray(poses.yaw[:-1]),
+        size=np.ascontiguousarray(values[:-1, 4:7]),
+        elevation=np.ascontiguousarray(height[:-1]),
+        confidence=np.ascontiguousarray(values[:-1, 7]),
         ids=tuple(ids),
         track_id=tuple(tracks),
         broken=(None,) * n,
@@ -139,7 +144,7 @@ def _check_texts(ids: list[str], tracks: list[str | None], categories: list[str 
 
 
 def _numbers(rows: list[tuple[float, ...]]) -> FloatArray:
-    """(N, 8) the numbers of the detections, within their limits or not given."""
+    """(N, 8) the numbers of the detections and the camera, within their limits or not given."""
     for row in rows:
         for value in row:
             if type(value) not in _NUMBERS:
@@ -150,35 +155,35 @@ def _numbers(rows: list[tuple[float, ...]]) -> FloatArray:
     return values
 
 
-def _camera(view: dict[str, Any], frame: str, up: int) -> tuple[Camera, tuple[str, ...]]:
-    """The camera, and the fields of its view that are not given."""
-    if not _CAMERA.issuperset(view) or "yaw_deg" not in view:
+def _camera(
+    view: dict[str, Any], position: FloatArray, yaw: float, height: float | None
+) -> tuple[Camera, tuple[str, ...]]:
+    """The camera, and the fields of its view that are not given.
+
+    Args:
+        view: as it is written.
+        position: (2,) metres, in our frame.
+        yaw: radians, likewise.
+        height: metres; None where it is not given.
+    """
+    if not _CAMERA.issuperset(view) or ("fov_up_deg" in view) != ("fov_down_deg" in view):
         raise _OtherwiseError
     for value in view.values():
         if type(value) not in _NUMBERS:
             raise _OtherwiseError
-    place = [view.get(name, 0.0) if k == up else view[name] for k, name in enumerate("xyz")]
-    yaw, pitch = float(view["yaw_deg"]), float(view.get("pitch_deg", 0.0))
-    right = all(POSITION.low <= value <= POSITION.high for value in place)
-    right = right and all(abs(value) <= _TURNS for value in (yaw, pitch))
-    if not right or ("fov_up_deg" in view) != ("fov_down_deg" in view):
-        raise _OtherwiseError
     angles = list[float | None]()
     for (name, most), usual in zip(_VIEW.items(), (*_PAPER, None, None), strict=True):
         angle = view.get(name)
         if angle is not None and not 0 <= angle <= most:
             raise _OtherwiseError
         angles.append(usual if angle is None else angle * (pi / 180))
-    reach = float(view.get("range_m", PAPER_FIELD_OF_VIEW.range_m))
-    if not RANGE.low <= reach <= RANGE.high:
+    pitch, reach = float(view.get("pitch_deg", 0.0)), float(view.get("range_m", PAPER_FIELD_OF_VIEW.range_m))
+    if not RANGE.low <= reach <= RANGE.high or not abs(pitch) <= _TURNS:
         raise _OtherwiseError
-    fov = _fov(*angles[:2], reach, *angles[2:])
-    poses = _WORLDS[frame].poses(np.array([place], dtype=np.float64), np.array([yaw * (pi / 180)]))
-    height = poses.elevation[0] if "xyz"[up] in view else None
     camera = Camera.trusted(
-        position=poses.position[0].copy(),
-        yaw=np.asarray(poses.yaw[0]),
-        fov=fov,
+        position=position,
+        yaw=np.asarray(yaw),
+        fov=_fov(*angles[:2], reach, *angles[2:]),
         height=None if height is None else np.asarray(height),
         pitch=np.asarray(np.deg2rad(pitch)),
     )

@@ -14,7 +14,9 @@ from hypothesis import strategies as st
 from farm_ar.arrays import FloatArray
 from farm_ar.reid.plausibility import check, set_aside
 from farm_ar.reid.plausibility.evidence import evidence_of_all
+from farm_ar.reid.plausibility.evidence_bounds import evidence_at_most, evidence_of_nearest, highest_turn
 from farm_ar.reid.plausibility.quiet import quiet
+from farm_ar.reid.plausibility.quiet_places import Labels
 from farm_ar.scenes import (
     BUILTIN,
     Bounds,
@@ -156,3 +158,36 @@ def test_scales_of_shift_that_do_not_count_need_not_be_computed(rng: np.random.G
     alone = evidence_of_all((places, yaw, both[:1], np.array([True])), share, labels, widths, 0.3, 5.0)
     beside = evidence_of_all((places, yaw, both, np.array([True, False])), share, labels, widths, 0.3, 5.0)
     assert alone[0] == beside[0]
+
+
+@given(seed=st.integers(0, 2**32 - 1))
+def test_evidence_is_bounded_from_above_and_closely(seed: int) -> None:
+    """Whatever the scale, the periods of the headings, and what is not known."""
+    rng = np.random.default_rng(seed)
+    n, m, scale = int(rng.integers(1, 17)), int(rng.integers(1, 40)), 10.0 ** rng.uniform(-3, 3)
+    heading = np.where(rng.random(m) < 0.1, np.nan, rng.uniform(-7, 7, m))
+    period = rng.choice([2 * np.pi, np.pi, np.pi / 2, 0.0], m)
+    place = rng.uniform(0, 6, (m, 2)) * scale
+    spacing, extent = 0.7 * scale, 8.0 * scale
+    widths = np.geomspace(0.03 * spacing, extent, 7)
+    lengths = (spacing, extent, 0.1, 0.1)
+    known = Labels(place, heading, period, np.zeros(m, int), np.zeros(m), np.zeros((0, 2)), widths, lengths)
+    allowed = rng.random((n, m)) < 0.7
+    allowed[np.arange(n), rng.integers(0, m, n)] = True
+    share = allowed / allowed.sum(axis=1, keepdims=True)
+    where = rng.integers(0, m, n)
+    places = place[where] + rng.normal(0, rng.choice([0.01, 0.3]) * scale, (3, n, 2))
+    yaw = np.where(rng.random((2, n)) < 0.1, np.nan, heading[where] + rng.normal(0, 0.2, (2, n)))
+    which = np.array([(p, y) for p in range(3) for y in range(2)])
+    for close in (False, True):
+        every = (places, yaw, which, np.full(6, close))
+        exact = evidence_of_all(every, share, (place, heading, period), widths, 0.35 * spacing, extent)
+        bound = evidence_at_most(places, yaw, which, share, known, close)
+        assert (bound >= exact - 1e-9 * n).all()
+        assert (bound <= exact + 1e-3 * n).all()
+    factor = float(rng.choice([0.01, 0.3048, 1.0, 100.0]))
+    exact = evidence_of_all(
+        (places * factor, yaw, which, np.zeros(6, bool)), share, known[:3], widths, 0.0, extent
+    )
+    nearest = evidence_of_nearest(places[0], factor, share, known, highest_turn(period))
+    assert (nearest >= exact[:2] - 1e-9 * n).all()

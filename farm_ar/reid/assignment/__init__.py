@@ -7,6 +7,7 @@ from farm_ar.reid.assignment.assessment import (
     in_parts,
     known_objects,
     labels_of_one,
+    margins_of_one,
     pose_cost,
 )
 from farm_ar.reid.assignment.optimum import (
@@ -50,6 +51,7 @@ __all__ = [
     "labels_of_one",
     "margins",
     "margins_and_runners_up",
+    "margins_of_one",
     "pose_cost",
     "seen_at",
     "solve_assignment",

@@ -49,23 +49,34 @@ def assess(seen: Seen, known: Known, model: CostModel, margins: bool = False, co
     return answer
 
 
-_NOT_ASKED: tuple[FloatArray, IntArray, FloatArray] = (
-    np.empty((0, 0)),
-    np.empty((0, 0), dtype=np.int64),
-    np.empty((0, 0, 0)),
-)
-"""Margins, runners-up and costs where they are not asked for."""
+_NO_COSTS: FloatArray = np.empty((0, 0, 0))
+_NO_MARGINS: tuple[FloatArray, IntArray] = np.empty((0, 0)), np.empty((0, 0), dtype=np.int64)
+"""Costs, and margins with runners-up, where they are not asked for."""
 
 
 def labels_of_one(seen: Seen, known: Known, model: CostModel) -> tuple[IntArray, FloatArray]:
     """`assess` of one snapshot, whose arrays can be written to: the (N,) labels and their costs."""
-    shape = seen.yaw.shape
-    label, cost = np.empty(shape, dtype=np.int64), np.empty(shape)
+    answer = _of_one(seen, known, model, _NO_MARGINS)
+    return answer.label[0], answer.cost[0]
+
+
+def margins_of_one(seen: Seen, known: Known, model: CostModel) -> tuple[FloatArray, IntArray]:
+    """`assess` of one snapshot, whose arrays can be written to: the (N,) margins and runners-up."""
+    margin, runner_up = np.empty(seen.yaw.shape), np.empty(seen.yaw.shape, dtype=np.int64)
+    margin.fill(np.nan)
+    runner_up.fill(UNKNOWN)
+    _of_one(seen, known, model, (margin, runner_up))
+    return margin[0], runner_up[0]
+
+
+def _of_one(seen: Seen, known: Known, model: CostModel, margins: tuple[FloatArray, IntArray]) -> Answer:
+    label, cost = np.empty(seen.yaw.shape, dtype=np.int64), np.empty(seen.yaw.shape)
     label.fill(UNKNOWN)
     cost.fill(np.nan)
     candidates, widened = np.empty(1, dtype=np.int64), np.empty(1, dtype=np.bool_)
-    assess_batch(seen, known, model, Answer(label, cost, candidates, widened, *_NOT_ASKED))
-    return label[0], cost[0]
+    answer = Answer(label, cost, candidates, widened, *margins, _NO_COSTS)
+    assess_batch(seen, known, model, answer)
+    return answer
 
 
 def in_parts(assessed: Callable[[slice], Answer], count: int, costs: int) -> Answer:

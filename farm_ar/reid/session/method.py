@@ -135,7 +135,7 @@ class Session:
         state, came = self._state, canonical(snapshot)
         snapshot = in_map(state, came)
         seen, layout = snapshot.detections, state.scene.layout
-        answer, given, going = Identification((None,) * len(seen)), None, dict[int, Track]()
+        given, going = None, dict[int, Track]()
         if state.look is not None and any(seen.track_id):
             spacing = spacing_of(layout.position, layout.size)
             going = going_on(state.look.snapshot.detections, state.look.tracks, seen, spacing)
@@ -147,6 +147,8 @@ class Session:
             if isinstance(self._reid, AdaptiveReid) and any(track.held for track in going.values()):
                 hinted = _Hinted(self._reid, hints(layout.labels, seen, going))
                 given = identify(self.scene, snapshot, hinted, checks=checks)
+        else:
+            answer = Identification((None,) * len(seen))
         answer, tracks = with_tracks(answer, given, layout.labels, seen, going, self._switch_rate)
         self._add(Looked(came, answer.labels, tracks, doubted_in(answer, came)))
         return answer

@@ -263,7 +263,7 @@ def _looked(state: State, event: Looked) -> State:
     # A label may have been new when the snapshot was identified, and its confirmation undone since.
     labels = tuple(label if label in known else None for label in event.labels)
     look = Look(in_map(state, event.snapshot), labels, event.tracks, doubted=event.doubted)
-    return replace(state, look=look)
+    return State.trusted(**vars(state) | {"look": look})
 
 
 def _confirmed(state: State, look: Look, event: Confirmed) -> State:
