@@ -165,6 +165,7 @@ export class FarmAr {
    * @param {Frame} [frame]
    */
   listen(tell, frame) {
+    if (!this.WebSocket) throw new FarmArError(0, { field: "WebSocket", message: "WebSocket: must be given as an option: Node has none before 22" });
     let over = false;
     let wait = 1000;
     /** @type {any} */ let line = null;
