@@ -2,59 +2,51 @@
 
     python docs/make_play.py [CHROMIUM]
 
-writes docs/images/play.gif.
+writes docs/images/play.gif. The game waits for every picture, so the film is as smooth on a busy machine.
 """
 
-import base64
-import io
+import asyncio
 import shutil
 import sys
 import threading
-import time
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
+import cv2
+import numpy as np
 import uvicorn
-from PIL import Image
 from playwright.sync_api import Page, sync_playwright
 
+from farm_ar.drawing.video import write_gif
 from farm_ar.service.network import listening
-from farm_ar.web.app import make_web_app
+from farm_ar.web.app import Table, make_web_app
 from farm_ar.web.game import Game
+from farm_ar.web.pointer import STEPS_PER_SECOND
 
 OUT = Path(__file__).parent / "images" / "play.gif"
 SIZE = {"width": 1000, "height": 600}
-SHOWN = (800, 480)
-LEAST_S = 0.15
+WIDTH, COLOURS, EVERY, AFTER_S = 720, 128, 5, 4.0
+SETTLED_MS = 60
 SOFTWARE_GL = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 
 
-class Camera:
-    """Keeps what Chromium shows of a page, as it comes."""
+def pictures(page: Page, table: Table, loop: asyncio.AbstractEventLoop) -> Iterator[np.ndarray]:
+    """The page after every `EVERY` steps of the game, until some seconds after the headset was fooled."""
 
-    def __init__(self, page: Page) -> None:
-        self._page, self._session = page, page.context.new_cdp_session(page)
-        self.pictures, self._times = [], []
-        self._session.on("Page.screencastFrame", self._keep)
-        self._session.send("Page.startScreencast", {"format": "jpeg", "quality": 90})
+    async def further() -> None:
+        for _ in range(EVERY):
+            table.tick()
 
-    def film(self, seconds: float) -> None:
-        self._page.wait_for_timeout(1000 * seconds)
-
-    def save(self) -> None:
-        palette = self.pictures[-1].quantize(256, Image.Quantize.FASTOCTREE)
-        first, *rest = [one.quantize(palette=palette, dither=Image.Dither.NONE) for one in self.pictures]
-        between = zip(self._times, self._times[1:], strict=False)
-        shown_ms = [round(1000 * (b - a)) for a, b in between] + [1500]
-        first.save(OUT, save_all=True, append_images=rest, duration=shown_ms, loop=0, optimize=True)
-
-    def _keep(self, frame: dict[str, Any]) -> None:
-        self._session.send("Page.screencastFrameAck", {"sessionId": frame["sessionId"]})
-        time = frame["metadata"]["timestamp"]
-        if not self._times or time - self._times[-1] >= LEAST_S:
-            picture = Image.open(io.BytesIO(base64.b64decode(frame["data"]))).convert("RGB")
-            self.pictures.append(picture.resize(SHOWN, Image.Resampling.LANCZOS))
-            self._times.append(time)
+    end = None
+    while end is None or table.game.steps < end:
+        asyncio.run_coroutine_threadsafe(further(), loop).result()
+        page.wait_for_function(
+            "(step) => Number(document.body.dataset.step) >= step", arg=table.game.steps - 1
+        )
+        page.wait_for_timeout(SETTLED_MS)
+        yield cv2.imdecode(np.frombuffer(page.screenshot(), np.uint8), cv2.IMREAD_COLOR)[..., ::-1]
+        if end is None and table.game.round.stage == "fooled":
+            end = table.game.steps + AFTER_S * STEPS_PER_SECOND
 
 
 def main() -> None:
@@ -65,17 +57,18 @@ def main() -> None:
     chromium = sys.argv[1] if len(sys.argv) > 1 else shutil.which("chromium")
     with sync_playwright() as playwright:
         page = playwright.chromium.launch(executable_path=chromium, args=SOFTWARE_GL).new_page(viewport=SIZE)
-        page.goto(f"http://127.0.0.1:{at.getsockname()[1]}/")
+        page.goto(f"http://127.0.0.1:{at.getsockname()[1]}/#mode=free")
         page.wait_for_selector("body[data-step]", timeout=60_000)
-        time.sleep(3)
+        page.wait_for_timeout(3000)
         (table,) = app.state.tables.values()
-        camera = Camera(page)
+        loop = table.clock.get_loop()
+        loop.call_soon_threadsafe(table.clock.cancel)
         page.select_option("#mode", "show")
-        while table.game.round.stage != "fooled":
-            camera.film(0.5)
-        camera.film(4)
-        camera.save()
-    print(f"Wrote {OUT}, {OUT.stat().st_size / 1e6:.1f} MB, {len(camera.pictures)} pictures")
+        while table.game.round.mode != "show":
+            page.wait_for_timeout(50)
+        shown = list(pictures(page, table, loop))
+    write_gif(OUT, shown, STEPS_PER_SECOND / EVERY, WIDTH, COLOURS)
+    print(f"Wrote {OUT}, {OUT.stat().st_size / 1e6:.1f} MB, {len(shown)} pictures")
 
 
 if __name__ == "__main__":

@@ -29,7 +29,14 @@ def can_show_page() -> bool:
 
 
 def serve_page(
-    seed: int, reid: str, port: int, *, lan: bool = False, gallery: Path | None = None, show: bool = True
+    seed: int,
+    reid: str,
+    port: int,
+    *,
+    lan: bool = False,
+    gallery: Path | None = None,
+    show: bool = True,
+    scene: str = "farm",
 ) -> None:
     """Serve the game's page until Ctrl-C.
 
@@ -40,6 +47,7 @@ def serve_page(
         lan: whether the local network is served, too, with TLS and a token; else this machine only.
         gallery: a stress test's folder, whose failures are shown in place of those that come with farm-ar.
         show: whether a browser is opened.
+        scene: the first game's: "farm", or a scene file with a fixed object.
     """
     from farm_ar.cli.options import make_folder
     from farm_ar.cli.output import print_line, progress
@@ -53,6 +61,7 @@ def serve_page(
     from farm_ar.web.game import METHODS, Game
 
     known_name("reid", reid, METHODS)
+    scene = str(Path(scene).resolve()) if scene.endswith(".json") else scene
     failures = None if gallery is None else read_gallery(gallery)
     token = os.environ.get("FARM_AR_TOKEN") or new_token() if lan else None
     if lan:
@@ -60,7 +69,7 @@ def serve_page(
     tls, address = certificate_for(state_folder(), lan)
     at = listening("0.0.0.0" if lan else "127.0.0.1", port)
     with progress("Setting up the table"):
-        Game(seed, reid).step()  # compiles what is not compiled
+        Game(seed, reid, scene=scene).step()  # compiles what is not compiled
     scheme, where = "http" if tls is None else "https", at.getsockname()[1]
     link = f"{scheme}://{address}:{where}/" + (f"#token={token}" if token else "")
 
@@ -76,7 +85,7 @@ def serve_page(
         if show:
             webbrowser.open(link)
 
-    run(make_web_app(Access(token), seed, reid, failures), at, announce, tls)
+    run(make_web_app(Access(token), seed, reid, failures, scene), at, announce, tls)
     print_line("The game is over")
 
 
@@ -99,7 +108,8 @@ def export(
 ) -> None:
     """Write a page that any host serves: demonstrations, episodes and failures, to watch with a scrubber.
 
-    Nothing is fetched from anywhere else. To look at it here: python -m http.server --directory DIR
+    Nothing is fetched from anywhere else. A browser does not open it as a file; to look at it here:
+    python -m http.server --directory DIR
     """
     from farm_ar.cli.options import make_folder
     from farm_ar.cli.output import print_line, progress
@@ -116,3 +126,4 @@ def export(
     with progress("Recording") as report:
         written = write(folder, episodes, lambda share: report("Recording", share), failures)
     print_line(f"Wrote {folder / 'index.html'} and {len(written) - 1} more files")
+    print_line(f"To look at it here: python -m http.server --directory {folder}")

@@ -15,10 +15,11 @@ from farm_ar.cli.benchmark import benchmark, convert
 from farm_ar.cli.compile import compile_kernels
 from farm_ar.cli.experiments import app as sweeps
 from farm_ar.cli.experiments import reproduce
-from farm_ar.cli.game import demo, play, play_script, replay
+from farm_ar.cli.game import demo, play_script, replay
 from farm_ar.cli.identify import identify
 from farm_ar.cli.output import saying
 from farm_ar.cli.page import app as web
+from farm_ar.cli.play import play
 from farm_ar.cli.plot import plot
 from farm_ar.cli.scenes import app as scenes
 from farm_ar.cli.scenes import schema

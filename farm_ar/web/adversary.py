@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from itertools import combinations
 from typing import Any, NamedTuple
@@ -18,8 +19,8 @@ from farm_ar.geometry import wrap
 from farm_ar.scenes import Camera, Layout, Scene, visible
 from farm_ar.web.pointer import Pointer
 
-TRAINED, PLANNED = "farm-slot", "analytic"
-"""The adversary: a trained policy where the extra `train` is installed, else one that plans."""
+TRAINED, TRAINED_SCENE, PLANNED = "farm-slot", "farm", "analytic"
+"""The adversary: on the farm a trained policy where the extra `train` is installed, else one that plans."""
 
 MESS, MESS_M, MESS_RAD = 5, 0.16, np.pi / 4
 """How many objects are moved out of place to be tidied up, how far along x and z and turned at most."""
@@ -47,25 +48,20 @@ class Rearrangement(NamedTuple):
     carries: Sequence[Carry]
 
 
-def adversary_plan(layout: Layout, camera: Camera, reid: str, seed: int) -> Rearrangement:
-    """What the adversary does on the farm in one visit, within the environment's usual budget.
+def adversary_plan(
+    layout: Layout, camera: Camera, reid: str, seed: int, scene: str = "farm"
+) -> Rearrangement:
+    """What the adversary does in one visit, within the environment's usual budget.
 
     Args:
         layout: where everything stands, and is believed to stand.
         camera: that takes the snapshot.
         reid: name of the method that is to be fooled.
         seed: of a policy that draws.
+        scene: where; a policy that plans plays in any, the trained one on the farm.
     """
     arguments: dict[str, Any] = {"carry": "lift", "visits": 1, "reid": reid, "animals_a_second": 0.0}
-    policy: Policy
-    try:
-        from farm_ar.agents.policies.trained import policy_and_env
-
-        policy, env = policy_and_env(TRAINED, arguments=arguments)
-        by = TRAINED
-    except (ImportError, MissingPackageError):
-        policy, by = POLICIES[PLANNED](np.random.default_rng(seed)), PLANNED
-        env = FarmToTableEnv(action="slot", **arguments)
+    by, policy, env = _adversary(scene, arguments, seed)
     env.reset(seed=seed, options={"layout": layout, "camera": camera})
     carries, before, over = [], layout, False
     while not over:
@@ -75,6 +71,17 @@ def adversary_plan(layout: Layout, camera: Camera, reid: str, seed: int) -> Rear
         carries += [_carry(after, int(i)) for i in np.flatnonzero(moved)]
         before = after
     return Rearrangement(by, carries)
+
+
+def _adversary(scene: str, arguments: dict[str, Any], seed: int) -> tuple[str, Policy, FarmToTableEnv]:
+    """Who rearranges, and the environment in which it acts."""
+    if scene == TRAINED_SCENE:
+        with suppress(ImportError, MissingPackageError):
+            from farm_ar.agents.policies.trained import policy_and_env
+
+            return TRAINED, *policy_and_env(TRAINED, arguments=arguments)
+    policy = POLICIES[PLANNED](np.random.default_rng(seed))
+    return PLANNED, policy, FarmToTableEnv(scene=scene, action="slot", **arguments)
 
 
 def mess_plan(scene: Scene, camera: Camera, rng: np.random.Generator) -> Rearrangement:

@@ -10,37 +10,30 @@ from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, field
 from functools import lru_cache
-from importlib.resources import files
 from typing import Any
 
 from farm_ar import __version__
 from farm_ar.envs.generator import JITTERS
 from farm_ar.errors import InputError, OptionError, known_name
-from farm_ar.rendering.models import MODELS
 from farm_ar.service.access import Access
 from farm_ar.service.refusals import missing_package
 from farm_ar.web.gallery import Failures, cards_of, recorded_failure, shipped_gallery
-from farm_ar.web.game import Game
+from farm_ar.web.game import Game, scene_name
+from farm_ar.web.messages import Json
+from farm_ar.web.pages import add_files
 from farm_ar.web.pointer import STEPS_PER_SECOND, Pointer
 from farm_ar.web.recordings import demonstrations, recorded_script, recorded_trace
 from farm_ar.web.rounds import FREE
-from farm_ar.web.telling import Json
 
 try:
     from fastapi import FastAPI, Request, Response, WebSocket, WebSocketDisconnect
 except ImportError:
     raise missing_package("fastapi") from None
 
-POLICY = "default-src 'self'; img-src 'self' data: blob:; connect-src 'self' blob: ws: wss:"
-"""What the page may load: nothing from elsewhere."""
-
-PAGES = {
-    "": ("index.html", "text/html"),
-    "play.js": ("play.js", "text/javascript"),
-    "style.css": ("style.css", "text/css"),
-}
-
 _LOG = logging.getLogger(__name__)
+
+FARM = "farm"
+"""The scene on which every page may play."""
 
 MOST_GAMES, KEPT_S, BEHIND = 32, 600.0, 8
 """Games at once; how long one without anybody is kept, seconds; messages that a slow viewer may lack."""
@@ -53,8 +46,8 @@ LONGEST_NAME, SOONEST_S = 32, 0.2
 
 SEED_DIGITS = 10
 
-ASKS_TRUTH = '{"do":"truth"}'
-"""What every page may send, also one that watches."""
+ASKS_TRUTH, ASKS_ALL = '{"do":"truth"}', '{"do":"hello"}'
+"""What every page may send, also one that watches: what is wrong; all anew, after showing something else."""
 
 MOST_MESSAGE = 4096
 """Characters of what a page may send at once."""
@@ -91,15 +84,19 @@ class Table:
         loop, step = asyncio.get_running_loop(), 1 / STEPS_PER_SECOND
         due = loop.time()
         while self.viewers:
-            self._step()
-            while (news := self.game.news()) is not None:
-                said = _encoded(news)
-                for queue in self.viewers.values():
-                    _put(queue, said)
-            self.tell(_encoded(self.game.state()))
+            self.tick()
             due = max(due + step, loop.time() - step)  # what was missed is not caught up with
             await asyncio.sleep(max(0.0, due - loop.time()))
         self.empty_since = loop.time()
+
+    def tick(self) -> None:
+        """Let a step pass, and have everybody get what came of it."""
+        self._step()
+        while (news := self.game.news()) is not None:
+            said = _encoded(news)
+            for queue in self.viewers.values():
+                _put(queue, said)
+        self.tell(_encoded(self.game.state()))
 
     def _step(self) -> None:
         """Let the game go on; one that fails stands still, and a new one can be begun."""
@@ -117,7 +114,11 @@ class Table:
 
 
 def make_web_app(
-    access: Access | None = None, seed: int = 0, reid: str = "spatial", gallery: Failures | None = None
+    access: Access | None = None,
+    seed: int = 0,
+    reid: str = "spatial",
+    gallery: Failures | None = None,
+    scene: str = FARM,
 ) -> FastAPI:
     """The application of the page.
 
@@ -126,7 +127,9 @@ def make_web_app(
         seed: of the first game.
         reid: its re-identifier.
         gallery: failures to look at; those that come with farm-ar by default.
+        scene: the first game's: "farm", or a scene file with a fixed object. Links may name it or the farm.
     """
+    scenes, mine = {FARM: FARM, scene_name(scene): scene}, scene_name(scene)
     allowed, failures = access or Access(), shipped_gallery() if gallery is None else gallery
     cards = cards_of(failures)
     tables: dict[str, Table] = {}
@@ -192,47 +195,30 @@ def make_web_app(
     async def play(socket: WebSocket, name: str) -> None:
         try:
             allowed.check(socket.headers, socket.query_params)
-            table = _table(tables, name, {"seed": str(seed), "reid": reid, **socket.query_params})
         except InputError as problem:
             await socket.close(1008, str(problem)[:120])
             return
-        await socket.accept()
+        await socket.accept()  # before it a browser gets no reason
+        try:
+            first = {"seed": str(seed), "reid": reid, "scene": mine}
+            table = _table(tables, name, {**first, **socket.query_params}, scenes)
+        except InputError as problem:
+            await socket.close(1008, str(problem)[:120])
+            return
         await _attend(table, socket)
 
     add_files(app)
     return app
 
 
-def add_files(app: FastAPI) -> None:
-    """Serve the page itself, and the models; after all other routes."""
-    static, models = files("farm_ar.web") / "static", files("farm_ar.rendering") / "models"
-
-    @app.get("/{name}", include_in_schema=False)
-    async def page(name: str) -> Response:
-        if name not in PAGES:
-            return Response("not found", 404)
-        file, kind = PAGES[name]
-        head = {"Content-Security-Policy": POLICY, "Cache-Control": "no-cache"}
-        return Response((static / file).read_bytes(), headers=head, media_type=kind)
-
-    @app.get("/", include_in_schema=False)
-    async def index() -> Response:
-        return await page("")
-
-    @app.get("/models/{name}.glb", include_in_schema=False)
-    async def shape(name: str) -> Response:
-        if name not in MODELS:
-            return Response("not found", 404)
-        return Response((models / f"{name}.glb").read_bytes(), media_type="model/gltf-binary")
-
-
-def _table(tables: dict[str, Table], name: str, asked: Mapping[str, str]) -> Table:
+def _table(tables: dict[str, Table], name: str, asked: Mapping[str, str], scenes: Mapping[str, str]) -> Table:
     """The game of that name; "new" makes one, and so does a name of before the server restarted.
 
     Args:
         tables: the games by name.
         name: of a game.
         asked: how a new one begins, as the page's link says it.
+        scenes: on which it may be, by name.
     """
     now = asyncio.get_running_loop().time()
     name = secrets.token_urlsafe(6) if name == "new" else name[:LONGEST_NAME]
@@ -245,7 +231,9 @@ def _table(tables: dict[str, Table], name: str, asked: Mapping[str, str]) -> Tab
     if len(tables) >= MOST_GAMES:
         raise OptionError("games", f"must be at most {MOST_GAMES} at once; try again later", len(tables) + 1)
     seed = asked.get("seed", "0")
-    game = _new_game({**asked, "seed": int(seed) if seed.isdecimal() and len(seed) <= SEED_DIGITS else seed})
+    scene = scenes[known_name("scene", asked.get("scene", FARM), scenes)]
+    number = int(seed) if seed.isdecimal() and len(seed) <= SEED_DIGITS else seed
+    game = _new_game({**asked, "seed": number}, scene)
     tables[name] = table = Table(name, game, began=now, empty_since=now)
     return table
 
@@ -265,6 +253,8 @@ async def _attend(table: Table, socket: WebSocket) -> None:
             text = await socket.receive_text()
             if text == ASKS_TRUTH:
                 _put(queue, _encoded(table.game.truth()), BEHIND)
+            elif text == ASKS_ALL:
+                _greet(table, socket, queue)
             elif socket is table.player:
                 _obey(table, text, queue)
             await asyncio.sleep(0)  # others have their turn, however many messages wait
@@ -306,7 +296,7 @@ def _obey(table: Table, text: str, queue: asyncio.Queue[str]) -> None:
             if now - table.began < SOONEST_S:
                 expected = f"must be a new game no sooner than {SOONEST_S:g} s after the last"
                 raise OptionError("do", expected, f"{now - table.began:.2f} s")
-            table.game, table.began = _new_game(message), now
+            table.game, table.began = _new_game(message, table.game.scene), now
             for socket, its in table.viewers.items():
                 _greet(table, socket, its)
         else:
@@ -320,14 +310,14 @@ def _demonstration(name: str) -> Json:
     return recorded_script(known_name("recording", name, demonstrations()))
 
 
-def _new_game(message: Mapping[str, Any]) -> Game:
+def _new_game(message: Mapping[str, Any], scene: str) -> Game:
     seed = message.get("seed", 0)
     if not isinstance(seed, int) or isinstance(seed, bool) or not 0 <= seed < 2**31:
         raise OptionError("seed", f"must be a whole number from 0 to {2**31 - 1}", seed)
     defaults = {"reid": "spatial", "jitter": "easy", "gaze": "all", "beside": "", "mode": FREE}
-    names = [str(message.get(name) or default) for name, default in defaults.items()]
-    known_name("jitter", names[1], JITTERS)
-    return Game(seed, *names)
+    names = {name: str(message.get(name) or default) for name, default in defaults.items()}
+    known_name("jitter", names["jitter"], JITTERS)
+    return Game(seed, *names.values(), scene=scene)
 
 
 def _put(queue: asyncio.Queue[str], message: str, most: int = MOST_WAITING) -> None:

@@ -16,8 +16,8 @@ from farm_ar.scenes.files import whole_file
 from farm_ar.web.adversary import exchange_plan
 from farm_ar.web.gallery import Failures, cards_of, recorded_failure, shipped_gallery
 from farm_ar.web.game import Game
+from farm_ar.web.messages import Json
 from farm_ar.web.recordings import demonstrations, recorded_script, recorded_trace
-from farm_ar.web.telling import Json
 
 STARTS = 12
 """How many tables the page can begin with."""

@@ -19,7 +19,7 @@ from farm_ar.game_logic.render_state import RenderState
 from farm_ar.geometry import wrap
 from farm_ar.reid import REIDENTIFIERS
 from farm_ar.scenes import Camera, Layout
-from farm_ar.web.telling import FRAMES_PER_SECOND, Json, told_moment, told_scene
+from farm_ar.web.messages import FRAMES_PER_SECOND, Json, told_moment, told_scene
 
 STILL_S, CARRIED_S, AFTER_S = 1.5, 1.0, 3.0
 """How long a recording shows the table before, each object on its way, and the answers."""

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,19 +14,22 @@ import numpy as np
 from farm_ar.agents.cases import Case
 from farm_ar.agents.certificates import NO_BOUND, lower_bound
 from farm_ar.agents.distance import distances
+from farm_ar.arrays import FloatArray
 from farm_ar.envs import FarmToTableEnv
+from farm_ar.envs.generator import scene_of
 from farm_ar.envs.worlds import World
 from farm_ar.errors import known_name
 from farm_ar.game_logic.belief import SAME
 from farm_ar.game_logic.farm_game import HAND_WAITS_AT_Z, FarmGame
-from farm_ar.game_logic.headset import field_of_view, look_at
+from farm_ar.game_logic.headset import RANGE_M, field_of_view, look_at
 from farm_ar.game_logic.physics.gripper import MAX_HAND_SPEED, MAX_TWIST
 from farm_ar.geometry import wrap
 from farm_ar.reid import REIDENTIFIERS, reid_factory
-from farm_ar.scenes import Layout
+from farm_ar.scenes import Camera, Layout, Scene
+from farm_ar.scenes.builtin.farm import TABLE
+from farm_ar.web.messages import Handles, Json, told_answers, told_moment, told_scene, true_labels
 from farm_ar.web.pointer import STEPS_PER_SECOND, Pointer
 from farm_ar.web.rounds import FREE, MODES, new_round
-from farm_ar.web.telling import Handles, Json, told_answers, told_moment, told_scene, true_labels
 
 CM = 100.0
 
@@ -38,13 +43,34 @@ GAZES = {
     "left": ((0.45, -0.4), (0.3, 0.4), 0.5),
     "right": ((0.75, -0.4), (0.9, 0.4), 0.5),
 }
-"""Where the headset is, where on the table it looks, and how high it is, metres on the farm."""
+"""Where the headset is, where on the table it looks, and how high it is: metres, on the farm."""
 
 RESTS = 0.72
 """Where a hand rests in view: so much of the way from under the headset to where that looks."""
 
 MOST_STEPS = 2 * 3600 * STEPS_PER_SECOND
 """Steps of a game whose hand did something; then a new one has to be begun."""
+
+
+def camera_of(scene: Scene, gaze: str) -> tuple[Camera, FloatArray]:
+    """The headset's camera, and (2,) where a hand rests in its view, metres.
+
+    Args:
+        scene: on whose table all is in proportion to the sides, as on the farm; but the headset is no farther
+            from the near edge than there, for farther away a hand out of view waits.
+        gaze: one of `GAZES`.
+    """
+    sides = np.array(scene.size) / TABLE
+    at, looked_at, height = GAZES[gaze]
+    eye, target = np.array(at) * np.minimum(sides, [np.inf, 1.0]), np.array(looked_at) * sides
+    fov = replace(field_of_view("photo"), range_m=RANGE_M * max(1.0, *sides.tolist()))
+    camera = look_at(eye, target, fov, height * float(sides[1]))
+    return camera, eye + RESTS * (target - eye)
+
+
+def scene_name(scene: str) -> str:
+    """What links call a scene: its name, or its file's without folder and ending."""
+    return Path(scene).stem
 
 
 class Game:
@@ -54,12 +80,13 @@ class Game:
     plays again to the same bytes.
 
     Args:
-        seed: of layout and cameras.
+        seed: of the layout.
         reid: name of the re-identifier.
         jitter: how the starting layout is drawn.
         gaze: where the headset looks, one of `GAZES`.
         beside: a second method that is asked too, "" for none.
         mode: what is played, one of `MODES`.
+        scene: "farm", or a scene file with a fixed object.
         rng: that draws what pages call objects; one that nobody can foresee by default.
 
     Attributes:
@@ -69,7 +96,8 @@ class Game:
         par_cm: what no one can fool the method with less than in one visit; None where that is not known.
 
     Raises:
-        OptionError: a name is not known.
+        OptionError: a name is not known, or the scene has no fixed object.
+        SceneError: the scene file cannot be used.
     """
 
     def __init__(
@@ -80,15 +108,17 @@ class Game:
         gaze: str = "all",
         beside: str = "",
         mode: str = FREE,
+        scene: str = "farm",
         *,
         rng: np.random.Generator | None = None,
     ) -> None:
         known_name("reid", reid, METHODS)
         known_name("mode", mode, MODES)
         self.beside = known_name("beside", beside, METHODS) if beside else None
-        eye, target, height = GAZES[known_name("gaze", gaze, GAZES)]
-        self.seed, self.reid, self.jitter, self.gaze = seed, reid, jitter, gaze
+        known_name("gaze", gaze, GAZES)
+        self.seed, self.reid, self.jitter, self.gaze, self.scene = seed, reid, jitter, gaze, scene
         self._env = FarmToTableEnv(
+            scene=scene,
             control="hand",
             carry="lift",
             visits=None,
@@ -101,8 +131,7 @@ class Game:
             reid=reid,
             jitter=jitter,
         )
-        self._camera = look_at(np.array(eye), np.array(target), field_of_view("photo"), height)
-        self.rest = np.array(eye) + RESTS * (np.array(target) - eye)
+        self._camera, self.rest = camera_of(scene_of(scene, game=True), gaze)
         self.restart()
         self.handles = Handles(self.world.truth, rng or np.random.default_rng())
         self.round = new_round(mode, self)
@@ -114,6 +143,7 @@ class Game:
         self._news: deque[Json] = deque()
         self.steps = 0
         self.forget_effort()
+        self._knew, self._knows = True, True
         self.par_cm = self._least_cm()
 
     def forget_effort(self) -> None:
@@ -185,6 +215,7 @@ class Game:
         """What does not change in a game, as JSON values."""
         return {
             "kind": "hello",
+            "scene": scene_name(self.scene),
             "seed": self.seed,
             "reid": self.reid,
             "beside": self.beside,
@@ -217,11 +248,16 @@ class Game:
         }
 
     def truth(self) -> Json:
-        """What the last snapshot's detections really are, and the labels that are wrong, by number."""
+        """What the last snapshot's detections really are, and the labels that are wrong, by number.
+
+        And whether the headset knew where everything was when that visit began: else it may have been fooled
+        by an earlier one.
+        """
         sightings, belief = self.world.sightings, self.world.tracker.belief
         labels = true_labels(sightings[-1], self.world.truth.labels) if sightings else []
         wrong = np.flatnonzero(belief.wrong).tolist()
-        return {"kind": "truth", "number": len(sightings), "labels": labels, "wrong": wrong}
+        fresh = self._knew
+        return {"kind": "truth", "number": len(sightings), "labels": labels, "wrong": wrong, "fresh": fresh}
 
     def news(self) -> Json | None:
         """What happened, as JSON values, once each; None where there is nothing new.
@@ -254,6 +290,8 @@ class Game:
             news["beside"] = {"reid": self.beside, "detections": detections}
         self.effort_cm += self._visit_cm
         self._stood, self._visit_cm = world.truth, 0.0
+        way = distances(world.believed, world.scene.diagonal, *world.tabletop.poses())
+        self._knew, self._knows = self._knows, bool(way.max() <= SAME)
         self.par_cm = self._least_cm()
         self.tell(news)
         self.round.looked(cm)
@@ -268,10 +306,11 @@ class Game:
 
     def _least_cm(self) -> float | None:
         """What no one can fool the headset with less than in this visit; None where nothing is proven."""
-        scene, camera, world = self.world.scene, self.world.camera, self.world
-        if distances(world.believed, scene.diagonal, *world.tabletop.poses()).max() > SAME:
-            return None  # what it believes is not what is so: it may be fooled already
+        scene, camera = self.world.scene, self.world.camera
+        if not self._knows:
+            return None  # it may be fooled already
         case = Case(scene.knowing(self.world.truth), camera)
         bound = lower_bound(case, reid_factory(self.reid)(case.scene))
         least = bound.total * scene.diagonal * CM
-        return round(float(least), 1) if bound.theorem != NO_BOUND and np.isfinite(least) else None
+        known = bound.theorem != NO_BOUND and np.isfinite(least)
+        return math.floor(10 * least) / 10 if known else None  # rounded up somebody might beat it

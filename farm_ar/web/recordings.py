@@ -16,7 +16,7 @@ from farm_ar.reid import ReidFactory, SpatialReid
 from farm_ar.scenes import Layout, Scene
 from farm_ar.showcases import Film, ScriptRecorder, builtin_scripts, load_script
 from farm_ar.showcases.film import Row
-from farm_ar.web.telling import FRAMES_PER_SECOND, Json, told_answers, told_moment, told_scene
+from farm_ar.web.messages import FRAMES_PER_SECOND, Json, told_answers, told_moment, told_scene
 
 MOST_FRAMES = 6000
 """Of a recording; a longer game keeps its first ten minutes."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,9 +13,10 @@ import numpy as np
 from farm_ar.errors import OptionError
 from farm_ar.game_logic.belief import Sighting
 from farm_ar.scenes import visible
+from farm_ar.scenes.builtin.farm import TABLE
 from farm_ar.web.adversary import Rearrangement, adversary_plan, exchange_plan, hand_carries, mess_plan
+from farm_ar.web.messages import Json
 from farm_ar.web.pointer import STEPS_PER_SECOND, Pointer
-from farm_ar.web.telling import Json
 
 if TYPE_CHECKING:
     from farm_ar.web.game import Game
@@ -28,7 +30,7 @@ FAST = 10
 """Steps at once while an adversary rearranges the table."""
 
 SHOWN_M_S = 0.5
-"""How fast a hand goes that is to be watched."""
+"""How fast a hand goes that is to be watched, on the farm; elsewhere in proportion."""
 
 _LOG = logging.getLogger(__name__)
 
@@ -120,7 +122,8 @@ class Showing(Round):
         plan = exchange_plan(game.world.scene.knowing(game.world.truth), game.world.camera)
         labels = game.world.truth.labels
         self.stage, self.facts = "showing", {"pair": sorted({labels[one.thing] for one in plan.carries})}
-        self._start_hand(plan, SHOWN_M_S / STEPS_PER_SECOND)
+        size = game.world.scene.diagonal / float(np.hypot(*TABLE))
+        self._start_hand(plan, SHOWN_M_S * size / STEPS_PER_SECOND)
 
     def steer(self, pointer: Pointer) -> Pointer:
         """See `Round`."""
@@ -212,7 +215,8 @@ class Guessing(Round):
 
     def _planning(self) -> Future[Rearrangement]:
         game = self.game
-        return _PLANNER.submit(adversary_plan, game.world.truth, game.world.camera, game.reid, game.seed)
+        layout, camera = game.world.truth, game.world.camera
+        return _PLANNER.submit(adversary_plan, layout, camera, game.reid, game.seed, game.scene)
 
     def _give_up(self, problem: BaseException) -> None:
         """The adversary could not plan: say so, and let it try again."""
@@ -304,5 +308,9 @@ def _right(sighting: Sighting, names: tuple[str, ...], objects: list[int]) -> in
 
 
 def new_round(mode: str, game: Game) -> Round:
-    """A round of a mode."""
-    return {FREE: Round, SHOW: Showing, GUESS: Guessing, DUEL: Duel, TIDY: Tidying}[mode](game)
+    """A round of a mode; where no two that look alike can be exchanged to show it, free play."""
+    if mode == SHOW:
+        with suppress(OptionError):
+            return Showing(game)
+        mode = FREE
+    return {FREE: Round, GUESS: Guessing, DUEL: Duel, TIDY: Tidying}[mode](game)

@@ -17,8 +17,8 @@ from farm_ar.game_logic.render_state import RenderState
 from farm_ar.scenes import Scene
 from farm_ar.service.access import Access
 from farm_ar.service.network import listening
-from farm_ar.web.app import add_files
-from farm_ar.web.telling import Json, told_moment, told_scene
+from farm_ar.web.messages import Json, told_moment, told_scene
+from farm_ar.web.pages import add_files
 
 READY_S = 10.0
 """How long a server may take to listen."""

@@ -80,7 +80,7 @@ def test_a_game_without_a_move_ends_at_once(play, tmp_path):
 
 
 def test_on_a_terminal_it_asks_for_each_line(play, monkeypatch):
-    monkeypatch.setattr("farm_ar.cli.game._at_a_terminal", lambda: True)
+    monkeypatch.setattr("farm_ar.cli.play._at_a_terminal", lambda: True)
     assert "visit 1> " in play(["end"]).output
 
 
@@ -103,7 +103,7 @@ def test_who_asks_for_the_page_gets_it_without_a_display_or_a_terminal(play, mon
     ((values, options),) = asked
     assert values == (0, "spatial", int(option[1]) if option[0] == "--port" else 0)
     assert (options["lan"], options["show"]) == (option[0] == "--lan", False)
-    for other in (["--terminal"], ["--save", "moves.toml"]):
+    for other in (["--terminal"], ["--save", "moves.toml"], ["--gaze", "S1"]):
         result = play([], *option, *other)
         assert result.exit_code == 2
         assert result.stderr.startswith(f"OptionError: {other[0]}: must not be given with {option[0]}")
@@ -111,10 +111,23 @@ def test_who_asks_for_the_page_gets_it_without_a_display_or_a_terminal(play, mon
 
 
 def test_without_a_display_it_says_how_to_serve_the_page_nevertheless(play, monkeypatch):
-    monkeypatch.setattr("farm_ar.cli.game._at_a_terminal", lambda: True)
+    monkeypatch.setattr("farm_ar.cli.play._at_a_terminal", lambda: True)
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     assert "--port 8000" in play(["end"]).output
+
+
+def test_with_a_display_the_page_gets_the_scene_and_what_only_typing_has_is_typed(play, monkeypatch):
+    asked = []
+    monkeypatch.setattr("farm_ar.cli.page.serve_page", lambda *values, **options: asked.append(options))
+    monkeypatch.setattr("farm_ar.cli.play._at_a_terminal", lambda: True)
+    monkeypatch.setattr("farm_ar.envs.window.has_packages", lambda: True)
+    monkeypatch.setenv("DISPLAY", ":0")
+    assert play([], "--scene", "mine.json").exit_code == 0
+    assert play([], "--scene", "mine.json", "--port", "0").exit_code == 0
+    assert [one["scene"] for one in asked] == ["mine.json", "mine.json"]
+    assert "visit 1> " in play(["end"], "--gaze", "S4").output
+    assert len(asked) == 2
 
 
 def test_a_scene_without_a_shed_is_one_line_and_exit_code_2(play):

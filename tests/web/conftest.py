@@ -12,6 +12,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import cv2
+import numpy as np
 import pytest
 import uvicorn
 
@@ -27,9 +29,9 @@ SOFTWARE_GL = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--e
 
 
 @contextmanager
-def serving(port: int = 0) -> Iterator[tuple[str, Any]]:
+def serving(port: int = 0, scene: str = "farm") -> Iterator[tuple[str, Any]]:
     """The page on a port of this machine: its address, and the application."""
-    at, app = listening("127.0.0.1", port), make_web_app()
+    at, app = listening("127.0.0.1", port), make_web_app(scene=scene)
     config = uvicorn.Config(app, log_level="error", ws="websockets-sansio", timeout_graceful_shutdown=1)
     server = uvicorn.Server(config)
     thread = threading.Thread(target=server.run, args=([at],), daemon=True)
@@ -100,6 +102,32 @@ class Page:
         while not condition():
             assert time.monotonic() < end, self.wrong
             self.page.wait_for_timeout(50)
+
+    def colour_at(self, x: float, z: float) -> tuple[int, int, int]:
+        """Red, green and blue of what is shown where a point of the table is, 0 to 255."""
+        at = self.on_page(x, z)
+        clip = {"x": at[0] - 1, "y": at[1] - 1, "width": 3, "height": 3}
+        picture = cv2.imdecode(np.frombuffer(self.page.screenshot(clip=clip), np.uint8), cv2.IMREAD_COLOR)
+        return tuple(picture[1, 1, ::-1].tolist())
+
+    def drag(self, label: str, x: float, z: float) -> None:
+        """Carry a building with the mouse, and let go of it."""
+        mouse, hand = self.page.mouse, self.game.world.tabletop
+        start = self.place(label)
+        mouse.move(*self.on_page(*start))
+        self.hand_at(*start)
+        mouse.down()
+        self.until(lambda: hand.hand.gripped is not None)
+        mouse.move(*self.on_page(x, z), steps=5)
+        self.hand_at(x, z)
+        mouse.up()
+        self.until(lambda: hand.hand.gripped is None)
+
+    def leave(self) -> None:
+        """Take the mouse from the table, and wait until the headset has looked."""
+        seen = len(self.game.world.sightings)
+        self.page.mouse.move(880, 10, steps=3)
+        self.until(lambda: len(self.game.world.sightings) > seen)
 
     def hand_at(self, x: float, z: float) -> None:
         self.until(lambda: abs(self.game.world.tabletop.hand.position - [x, z]).max() < 5e-3)

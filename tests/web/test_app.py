@@ -4,8 +4,10 @@ import asyncio
 import json
 import time
 import warnings
+from pathlib import Path
 
 import pytest
+from fastapi import WebSocketDisconnect
 
 from farm_ar.envs import first_difference
 from farm_ar.errors import OptionError
@@ -13,6 +15,10 @@ from farm_ar.web import app as pages
 from farm_ar.web.app import MOST_GAMES, Table, make_web_app
 from farm_ar.web.game import Game
 from farm_ar.web.pointer import STEPS_PER_SECOND
+
+OFFICE = str(Path(__file__).parents[2] / "examples" / "data" / "before.json")
+
+SCENES = {"farm": "farm"}
 
 LOOPBACK, SOCKETS = "http://127.0.0.1", "ws://127.0.0.1"
 
@@ -114,6 +120,33 @@ def test_who_watches_may_ask_what_is_true_but_not_play(client):
         assert client.app.state.tables["mine"].game.pointer.away
 
 
+def test_who_has_shown_something_else_gets_all_anew_and_stays_who_it_was(client):
+    with client.websocket_connect(f"{SOCKETS}/games/mine") as page:
+        hello(page)
+        with client.websocket_connect(f"{SOCKETS}/games/mine") as other:
+            hello(other)
+            for one, role in ((page, "player"), (other, "viewer")):
+                one.send_text('{"do":"hello"}')
+                assert hello(one)["role"] == role
+
+
+def test_a_link_names_the_farm_or_the_scene_that_is_served():
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        from starlette.testclient import TestClient
+    with TestClient(make_web_app(scene=OFFICE), base_url=LOOPBACK) as client:
+        for query, width in (("", 5.0), ("?scene=before", 5.0), ("?scene=farm", 1.2)):
+            with client.websocket_connect(f"{SOCKETS}/games/new{query}") as page:
+                assert hello(page)["width"] == width
+                asyncio.run(asyncio.sleep(pages.SOONEST_S))
+                page.send_text(json.dumps({"do": "new", "seed": 1, "scene": "/etc/passwd"}))
+                assert hello(page)["width"] == width  # a new game is played where the last one was
+        with client.websocket_connect(f"{SOCKETS}/games/new?scene=../{Path(OFFICE).name}") as page:
+            with pytest.raises(WebSocketDisconnect) as refused:
+                page.receive_text()
+            assert (refused.value.code, refused.value.reason.split(":")[0]) == (1008, "scene")
+
+
 def test_a_game_that_fails_stands_still_and_a_new_one_can_be_begun(client, monkeypatch):
     def fails(game):
         raise ValueError("broken")
@@ -142,14 +175,14 @@ def test_games_that_nobody_is_in_make_room_for_new_ones():
     async def names():
         tables: dict[str, Table] = {}
         for k in range(MOST_GAMES + 3):
-            pages._table(tables, f"game {k}", {})
-        first = pages._table(tables, "game 34", {})
-        assert pages._table(tables, "game 34", {}) is first
+            pages._table(tables, f"game {k}", {}, SCENES)
+        first = pages._table(tables, "game 34", {}, SCENES)
+        assert pages._table(tables, "game 34", {}, SCENES) is first
         assert len(tables) <= MOST_GAMES
         for table in tables.values():
             table.viewers[object()] = asyncio.Queue()
         with pytest.raises(OptionError, match="at once"):
-            pages._table(tables, "one more", {})
+            pages._table(tables, "one more", {}, SCENES)
 
     asyncio.run(names())
 

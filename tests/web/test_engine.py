@@ -77,7 +77,7 @@ def test_the_same_pointers_have_the_same_outcome_as_in_the_game_itself(played: A
         assert [one["label"] for one in theirs["detections"]] == [one["label"] for one in ours["detections"]]
         assert theirs["visit_cm"] == pytest.approx(ours["visit_cm"], abs=0.011)
     truth = game.truth()
-    assert (mine["truth"]["wrong"], mine["truth"]["labels"]) == (truth["wrong"], truth["labels"])
+    assert mine["truth"] == truth
     believed = game.world.believed
     np.testing.assert_allclose(np.array(mine["believed"])[:, :2], believed.position, atol=1e-6)
     assert mine["last"]["effort_cm"] == pytest.approx(game.state()["effort_cm"], abs=0.1)

@@ -2,24 +2,15 @@
 
 from __future__ import annotations
 
-import subprocess
-import threading
-from functools import partial
-from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
-from typing import Any
-
 import numpy as np
 import pytest
 from hypothesis import settings
 
 from farm_ar.envs import first_difference
 from farm_ar.geometry import footprints_overlap
-from farm_ar.web.export import export
-from farm_ar.web.gallery import shipped_gallery
-from farm_ar.web.game import Game
 from farm_ar.web.pointer import Pointer
 from farm_ar.web.recordings import demonstrations
-from tests.web.conftest import ROOT, Page, serving
+from tests.web.conftest import Page, serving
 
 
 def test_dragging_freezes_leaving_looks_and_labels_follow(open_page) -> None:
@@ -36,6 +27,7 @@ def test_dragging_freezes_leaving_looks_and_labels_follow(open_page) -> None:
     page.until(lambda: abs(page.game.world.tabletop.hand.yaw) > 0.1)
     page.page.mouse.up()
     page.until(lambda: page.game.world.tabletop.hand.gripped is None)
+    assert not page.page.locator("#starting").is_visible()
     page.page.mouse.move(880, 10, steps=3)
     page.page.wait_for_selector("#answers li")
     moved = page.place("blue-coop")
@@ -52,20 +44,51 @@ def test_dragging_freezes_leaving_looks_and_labels_follow(open_page) -> None:
     assert all(url.startswith(("http://127.0.0.1:", "data:", "blob:")) for url in page.asked)
 
 
-def test_keys_play_the_whole_game(open_page) -> None:
+def test_what_fools_it_is_kept_as_the_least_but_not_what_an_earlier_visit_did(open_page) -> None:
+    page = open_page("#seed=0")
+    news, record = page.page.locator("#news"), page.page.locator("#record")
+    first, second = page.place("magenta-hutch"), page.place("purple-hutch")
+    page.drag("magenta-hutch", 0.6, 0.15)
+    page.drag("purple-hutch", *first)
+    page.drag("magenta-hutch", *second)
+    page.leave()
+    page.until(lambda: news.inner_text().startswith("Snapshot 1: "))
+
+    def marked_on_the_table(x: float, z: float) -> bool:  # the lower edge of a label's plate is red
+        red, green, blue = page.colour_at(x + 0.03, z + 0.0044)
+        return red > 120 and max(green, blue) < 90
+
+    assert not marked_on_the_table(*first)
+    page.page.keyboard.press("t")
+    page.until(lambda: news.inner_text().startswith("Snapshot 1. It was fooled for "))
+    page.until(lambda: marked_on_the_table(*first) and marked_on_the_table(*second))
+    assert not marked_on_the_table(*page.place("yellow-coop"))
+    kept = record.inner_text()
+    assert kept == f"Your least: spatial fooled for {page.game.effort_cm:.1f} cm."
+    marked = page.page.locator("#answers li", has=page.page.locator("strong"))
+    assert {one.split()[0] for one in marked.all_inner_texts()} == {"magenta-hutch", "purple-hutch"}
+    page.drag("blue-coop", 0.6, 0.15)
+    page.leave()
+    page.until(lambda: news.inner_text().endswith("after earlier visits: no record."))
+    assert record.inner_text() == kept
+    page.page.select_option("#method", "nearest")
+    page.until(lambda: page.game.reid == "nearest")
+    page.until(lambda: record.inner_text() == "")
+    assert not page.wrong
+
+
+def test_a_second_method_is_shown_beside_the_first(open_page) -> None:
     page = open_page()
-    pane = page.page.locator("#above")
-    pane.focus()
-    pane.press("ArrowUp")
-    page.until(lambda: page.game.pointer.x is not None)
-    before = page.game.pointer.x, page.game.pointer.z
-    for key in ("ArrowRight", "ArrowUp", "e", " "):
-        pane.press(key)
-    page.until(lambda: page.game.pointer.grip and page.game.pointer.turn > 0.1)
-    assert page.game.pointer.x == pytest.approx(before[0] + 0.02)
-    assert page.game.pointer.z == pytest.approx(before[1] + 0.02)
-    pane.press("Enter")
-    page.until(lambda: page.game.pointer.x is None)
+    page.page.select_option("#beside", "nearest")
+    page.until(lambda: page.game.beside == "nearest")
+    page.drag("blue-coop", 0.6, 0.15)
+    page.leave()
+    rows = page.page.locator("#answers li")
+    page.until(lambda: rows.count() > 0)
+    said = [one.split() for one in rows.all_inner_texts()]
+    assert all(one.index("nearest:") < len(one) - 1 for one in said)
+    assert len(said) == len(page.game.world.sightings[-1].source) - 1  # the shed
+    assert "beside=nearest" in page.page.url
     assert not page.wrong
 
 
@@ -84,8 +107,15 @@ def test_a_finger_drags_on_a_phone(open_page) -> None:
     x, y = page.on_page(0.5, 0.1)
     finger("touchMove", (x, y))
     page.hand_at(0.5, 0.1)
+    yaw = page.game.world.truth.yaw[page.game.world.truth.index("cyan-hutch")]
+    finger("touchStart", (x, y), (x + 60, y))
+    for angle in (0.2, 0.4, 0.6):  # clockwise, as seen from above
+        finger("touchMove", (x, y), (x + 60 * np.cos(angle), y + 60 * np.sin(angle)))
+    page.until(lambda: abs(page.game.world.tabletop.hand.yaw - 0.6) < 0.02)
     finger("touchEnd")
     page.until(lambda: len(page.game.world.sightings) == 1)
+    turned = page.game.world.truth.yaw[page.game.world.truth.index("cyan-hutch")] - yaw
+    assert turned == pytest.approx(0.6, abs=0.02)
     assert not page.wrong
     width = page.page.evaluate("() => document.documentElement.scrollWidth")
     assert width <= 390
@@ -104,6 +134,12 @@ def test_a_link_shows_a_game_to_those_who_watch(open_page) -> None:
     other.until(lambda: other.page.locator("#role").inner_text() == "")  # who watched plays on
     assert not page.wrong
     assert not other.wrong
+
+
+def test_a_link_to_what_there_is_not_says_so_and_another_game_begins(open_page) -> None:
+    page = open_page("#seed=3&reid=magic")
+    assert page.page.locator("#news").inner_text().startswith("reid: must be one of")
+    assert (page.game.reid, page.game.seed) == ("spatial", 0)
 
 
 def test_a_duel_is_played_on_the_page(open_page) -> None:
@@ -134,6 +170,8 @@ def test_a_duel_is_played_on_the_page(open_page) -> None:
     page.until(lambda: page.game.world.phase.text == "hand")
     pane.press("Enter")
     page.until(lambda: "0 wrong labels for 0.0 cm" in news.inner_text())
+    assert page.game.round.facts["adversary"]["wrong"] > 0
+    assert news.inner_text().endswith("It wins.")
     page.page.click("#onward")
     page.until(lambda: page.game.seed == 4 and page.game.round.stage == "study")
     assert not page.wrong
@@ -160,13 +198,6 @@ def test_a_first_visit_is_shown_how_it_is_fooled_and_then_plays(open_page) -> No
     assert not page.wrong
 
 
-def test_who_wants_less_motion_is_not_shown_any_unasked(open_page) -> None:
-    page = open_page(shown=False, reduced_motion="reduce")
-    assert page.game.round.mode == "free"
-    page.page.select_option("#mode", "show")
-    page.until(lambda: page.game.round.mode == "show")
-
-
 def test_tidying_up_says_what_is_left_and_keeps_the_best(open_page) -> None:
     page = open_page()
     page.page.select_option("#mode", "tidy")
@@ -190,10 +221,16 @@ def test_tidying_up_says_what_is_left_and_keeps_the_best(open_page) -> None:
 
 def test_the_page_comes_back_when_the_server_does(browser) -> None:
     with serving() as (link, app):
-        page = Page(browser, link, app)
+        page = Page(browser, link + "#seed=5&mode=tidy", app)
+        page.until(lambda: page.game.round.stage == "tidy")
     page.page.wait_for_selector("#lost:not([hidden])", timeout=20_000)
-    with serving(int(link.rsplit(":", 1)[1].strip("/"))):
+    with serving(int(link.rsplit(":", 1)[1].strip("/"))) as (_, page.app):
         page.page.wait_for_selector("#lost", state="hidden", timeout=20_000)
+        news = page.page.locator("#news")
+        page.until(
+            lambda: news.inner_text().startswith("The connection is back; the server began the game anew")
+        )
+        assert (page.game.seed, page.game.round.mode) == (5, "tidy")
         page.close()
 
 
@@ -208,62 +245,16 @@ def test_a_demonstration_is_watched_with_a_scrubber_and_the_game_goes_on(open_pa
     bar.evaluate("(bar) => { bar.value = bar.max; bar.dispatchEvent(new Event('input')); }")
     page.page.wait_for_selector("#answers li")
     assert "Snapshot" in page.page.locator("#news").inner_text()
+    began = page.game
     page.page.select_option("#watch", "")
     page.page.wait_for_selector("#player", state="hidden", timeout=20_000)
+    assert page.game is began
+    assert page.page.locator("#watch").input_value() == ""
+    assert page.page.locator("#role").inner_text() == ""
+    assert not page.page.locator("#lost").is_visible()
     page.page.select_option("#watch", "this game")
     page.page.wait_for_selector("#player:not([hidden])", timeout=30_000)
     assert not page.wrong
-
-
-def test_an_exported_page_needs_no_server(browser, tmp_path) -> None:
-    game = Game(seed=1)
-    for _ in range(20):
-        game.step()
-    folder = tmp_path / "page"
-    written = export(folder, {"mine": game.trace()})
-    assert {path.relative_to(folder).as_posix() for path in written} >= {"index.html", "recordings/mine.json"}
-    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(QuietHandler, directory=str(folder)))
-    threading.Thread(target=server.serve_forever, daemon=True).start()
-    page = Page(browser, f"http://127.0.0.1:{server.server_address[1]}/", None)
-    assert page.page.locator("#watch option").count() == len(demonstrations()) + len(shipped_gallery()) + 2
-    assert not page.page.locator("#method").is_visible()
-    page.page.select_option("#watch", "mine")
-    page.until(lambda: "20 steps" in page.page.locator("#news").inner_text())
-    page.page.click("#gallery summary")
-    page.page.click("#cards button >> nth=1")
-    page.until(lambda: "wrong labels after" in page.page.locator("#news").inner_text())
-    assert page.page.locator("#watch").input_value() == "failure-1"
-    page.page.locator("#bar").evaluate(
-        "(bar) => { bar.value = bar.max; bar.dispatchEvent(new Event('input')); }"
-    )
-    page.page.wait_for_selector("#answers strong")
-    assert not page.wrong
-    page.close()
-    server.shutdown()
-    server.server_close()
-
-
-def test_an_exported_page_plays_by_itself(browser, tmp_path) -> None:
-    export(tmp_path, {})
-    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(QuietHandler, directory=str(tmp_path)))
-    threading.Thread(target=server.serve_forever, daemon=True).start()
-    page = Page(browser, f"http://127.0.0.1:{server.server_address[1]}/", None, shown=False)
-    news = page.page.locator("#news")
-    assert news.inner_text().startswith("Watch:")
-    assert "No animals run here" in page.page.locator("#role").inner_text()
-    page.until(lambda: news.inner_text().startswith("Fooled for "))
-    wrong = page.page.locator("#answers strong")
-    page.until(lambda: wrong.count() == 2)
-    pair = [one.removeprefix("✗ is ") for one in wrong.all_inner_texts()]
-    assert all(one in news.inner_text() for one in pair)
-    page.page.click("#onward")
-    page.until(lambda: news.inner_text().startswith("Your turn:"))
-    assert page.page.locator("#answers li").count() == 0
-    assert not page.wrong
-    assert all(url.startswith(("http://127.0.0.1:", "data:", "blob:")) for url in page.asked)
-    page.close()
-    server.shutdown()
-    server.server_close()
 
 
 STORM = """
@@ -323,65 +314,3 @@ def test_a_storm_of_events_leaves_no_broken_state(open_page) -> None:
     page.page.mouse.move(*page.on_page(*start))
     page.hand_at(*start)  # and the game goes on
     assert not page.wrong
-
-
-AXE = """async () => (await axe.run({ resultTypes: ["violations"] })).violations
-  .flatMap(({ id, nodes }) => nodes.map(({ target }) => `${id}: ${target}`))"""
-
-
-def test_no_mode_keeps_anybody_out(open_page, packages) -> None:
-    """What axe-core finds, at every stage of every mode and on a phone."""
-    axe = (packages / "node_modules" / "axe-core" / "axe.min.js").read_text()
-    page = open_page(shown=False, scripts=[axe])
-    inside, found = page.page, {}
-
-    def check(name: str) -> None:
-        if problems := inside.evaluate(AXE):
-            found[name] = problems
-
-    check("showing")
-    page.until(lambda: page.game.round.stage == "fooled")
-    check("fooled")
-    inside.click("#onward")
-    page.until(lambda: page.game.round.stage == "free")
-    for mode in ("guess", "tidy"):
-        inside.select_option("#mode", mode)
-        page.until(lambda mode=mode: page.game.round.mode == mode)
-        inside.wait_for_timeout(300)
-        check(mode)
-    page.until(lambda: page.game.round.stage == "tidy")
-    inside.select_option("#mode", "duel")
-    page.until(lambda: page.game.round.mode == "duel")
-    inside.click("#onward")
-    inside.wait_for_selector("#guesses select", timeout=60_000)
-    check("guess")
-    inside.locator("#guesses select").first.select_option(index=1)
-    inside.click("#onward")
-    page.until(lambda: page.game.round.stage == "answered")
-    inside.wait_for_selector("#answers strong")
-    check("answered")
-    inside.set_viewport_size({"width": 390, "height": 844})
-    check("on a phone")
-    inside.click("#gallery summary")
-    inside.click("#cards button >> nth=1")
-    inside.wait_for_selector("#player:not([hidden])", timeout=60_000)
-    check("a failure")
-    assert found == {}
-    assert not page.wrong
-
-
-class QuietHandler(SimpleHTTPRequestHandler):
-    def log_message(self, *said: Any) -> None:
-        pass
-
-
-def test_the_bundle_is_what_its_sources_make(packages) -> None:
-    """Where the packages cannot be had the test is skipped."""
-    static = packages.parent / "farm_ar" / "web" / "static"
-    static.mkdir(parents=True)
-    subprocess.run(["npm", "run", "-s", "check"], cwd=packages, check=True)
-    subprocess.run(["npm", "run", "-s", "build"], cwd=packages, check=True)
-    made = sorted(file.name for file in static.iterdir())
-    assert made == sorted(file.name for file in (ROOT / "farm_ar" / "web" / "static").iterdir())
-    for name in made:
-        assert (static / name).read_bytes() == (ROOT / "farm_ar" / "web" / "static" / name).read_bytes(), name

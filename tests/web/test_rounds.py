@@ -2,6 +2,7 @@
 
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +13,8 @@ from farm_ar.web import rounds
 from farm_ar.web.adversary import PLANNED, TRAINED, adversary_plan
 from farm_ar.web.game import Game
 from farm_ar.web.pointer import STEPS_PER_SECOND, Pointer
+
+OFFICE = str(Path(__file__).parents[2] / "examples" / "data" / "before.json")
 
 
 def until(game: Game, stage: str, seconds: float = 60.0) -> None:
@@ -158,7 +161,7 @@ def test_where_things_are_is_not_told_while_they_are_rearranged_unseen() -> None
         time.sleep(1e-3)
     assert sorted(pose[:2] for pose in game.state()["objects"]) != sorted(stood)
     assert (game.handles.object_of != before).any()
-    assert game.truth() == {"kind": "truth", "number": 0, "labels": [], "wrong": []}
+    assert game.truth() == {"kind": "truth", "number": 0, "labels": [], "wrong": [], "fresh": True}
 
 
 def test_an_adversary_that_cannot_plan_says_so_and_may_try_again(monkeypatch) -> None:
@@ -218,6 +221,15 @@ def test_tidying_counts_how_far_things_are_from_where_they_were() -> None:
     assert (told["right"], told["of"]) == (sum(right), len(right))
     assert 5.0 < told["seconds"] < 10.0
     assert first_difference(game.trace()) is None
+
+
+def test_in_another_scene_a_policy_that_plans_takes_the_trained_ones_place() -> None:
+    game = Game(seed=1, mode="guess", scene=OFFICE)
+    stood = game.world.truth
+    game.obey({"do": "rearrange"})
+    until(game, "guess")
+    assert game.round.told()["by"] == PLANNED
+    assert game.way_cm(stood) > 0
 
 
 def test_a_mode_that_is_not_known_is_refused() -> None:

@@ -1,6 +1,7 @@
 // @ts-check
 /** @import {Hello, State} from "./messages.js" */
 /** @import {Views} from "./views.js" */
+import { scaleOf } from "./table.js";
 
 const TURN_A_NOTCH = Math.PI / 24;
 const KEY_STEP_M = 0.02;
@@ -22,7 +23,9 @@ export class Controls {
     this.pointer = { x: /** @type {number | null} */ (null), z: /** @type {number | null} */ (null), grip: false, turn: 0 };
     /** @type {Map<number, [number, number]>} */ this.fingers = new Map();
     this.twist = 0;
+    /** Whether keys moved the hand last. */ this.keyed = false;
     pane.addEventListener("pointerdown", (event) => {
+      this.keyed = false;
       pane.setPointerCapture(event.pointerId);
       this.fingers.set(event.pointerId, [event.clientX, event.clientY]);
       if (this.fingers.size === 2) this.twist = this.angle();
@@ -89,7 +92,7 @@ export class Controls {
     if (!hello) return;
     const { x, z } = this.pointer;
     const [px, pz] = x === null || z === null ? [hello.width / 2, 0.05] : [x, z];
-    const step = event.shiftKey ? KEY_STEP_M / 4 : KEY_STEP_M;
+    const step = scaleOf(hello) * (event.shiftKey ? KEY_STEP_M / 4 : KEY_STEP_M);
     /** @type {Record<string, () => void>} */
     const keys = {
       ArrowLeft: () => this.set({ x: px - step, z: pz }),
@@ -104,6 +107,7 @@ export class Controls {
     };
     const act = keys[event.key.length === 1 ? event.key.toLowerCase() : event.key];
     if (!act) return;
+    this.keyed = true;
     act();
     event.preventDefault();
   }

@@ -1,6 +1,8 @@
 // @ts-check
 /** @import {Hello, Message, Round, State} from "./messages.js" */
+/** @import {Pose} from "./footprints.js" */
 import { Spatial } from "../../clients/js/farm-ar.js";
+import { TOUCHING_M, apart, corners, outward } from "./footprints.js";
 
 /**
  * How a game without a server begins: what a server would tell first, and what only the referee knows.
@@ -9,7 +11,6 @@ import { Spatial } from "../../clients/js/farm-ar.js";
  *   eye: {x: number, z: number, yaw: number, left: number, right: number, range: number},
  *   rest: [number, number], plan: [number, number, number, number][], pair: string[]}} Start
  * @typedef {{x: number | null, z: number | null, grip: boolean, turn: number}} Pointer
- * @typedef {[number, number, number]} Pose x, z, yaw
  */
 
 const STEPS_PER_SECOND = 30;
@@ -24,16 +25,9 @@ const AWAY_TICKS = (TICKS * STEPS_PER_SECOND) / 2;
 /** Of the way back along which room is looked for; halvings between two steps of it. */
 const STRIDE_M = 0.005;
 const HALVINGS = 20;
-const TOUCHING_M = 1e-9;
 
 /** @param {number} angle */
 const wrap = (angle) => Math.atan2(Math.sin(angle), Math.cos(angle));
-
-/** A vector of an object's own axes in the plane. @param {number} yaw @param {number} right @param {number} ahead */
-const outward = (yaw, right, ahead) => [
-  Math.cos(yaw) * right + Math.sin(yaw) * ahead,
-  Math.cos(yaw) * ahead - Math.sin(yaw) * right,
-];
 
 /**
  * The game on a page without a server: it hears a pointer and tells what the server would, by the paper's method.
@@ -55,6 +49,8 @@ export class LocalGame {
   snapshots = 0;
   effort = 0;
   visited = false;
+  /** Whether it knew where everything was when the last visit began. */ knew = true;
+  /** Likewise now. */ knows = true;
 
   /**
    * @param {Start[]} starts
@@ -68,8 +64,6 @@ export class LocalGame {
     this.game = "";
     this.start = starts[0];
     this.things = starts[0].hello.objects;
-    /** @type {{close: () => void}} what a player who goes back to the game closes, as that to a server */
-    this.socket = { close: () => this.heard(this.hello()) };
     this.new(Number(begin.get("seed")) || 0, begin.get("mode") === "show");
     this.clock = setInterval(() => this.step(), 1000 / STEPS_PER_SECOND);
   }
@@ -99,6 +93,7 @@ export class LocalGame {
     this.labels = [];
     this.steps = this.away = this.snapshots = this.effort = 0;
     this.visited = false;
+    this.knew = this.knows = true;
   }
 
   /** A hand out of view. */
@@ -114,6 +109,7 @@ export class LocalGame {
   tell(message) {
     if (message.do === "new") this.new(message.seed, message.mode === "show");
     else if (message.do === "truth") this.heard(this.truth());
+    else if (message.do === "hello") this.heard(this.hello());
     else if (message.do === "play") this.play();
     else this.pointer = { ...message };
   }
@@ -126,7 +122,7 @@ export class LocalGame {
 
   truth() {
     const wrong = this.holder.flatMap((holder, i) => (holder === i ? [] : [i]));
-    return { kind: /** @type {const} */ ("truth"), number: this.snapshots, labels: this.labels, wrong };
+    return { kind: /** @type {const} */ ("truth"), number: this.snapshots, labels: this.labels, wrong, fresh: this.knew };
   }
 
   step() {
@@ -266,6 +262,8 @@ export class LocalGame {
       this.holder[label] = i;
     });
     this.effort += cm;
+    this.knew = this.knows;
+    this.knows = this.objects.every((pose, i) => pose.every((value, k) => value === this.believed[i][k]));
     this.stood = structuredClone(this.objects);
     const answers = seen.map((object, k) => ({ object, label: given[k], confidence: null }));
     this.heard({ kind: "snapshot", number: this.snapshots, detections: answers, visit_cm: cm });
@@ -324,26 +322,4 @@ export class LocalGame {
     }
     yield* until(...this.start.rest, false, this.hand.yaw);
   }
-}
-
-/** @param {Pose} pose @param {[number, number, number]} size @returns {number[][]} of the footprint, in turn */
-function corners([x, z, yaw], [width, , depth]) {
-  return [[1, 1], [1, -1], [-1, -1], [-1, 1]].map(([a, b]) => {
-    const [right, ahead] = outward(yaw, (a * width) / 2, (b * depth) / 2);
-    return [x + right, z + ahead];
-  });
-}
-
-/** Whether an axis of one of two rectangles separates them. @param {number[][]} first @param {number[][]} second */
-function apart(first, second) {
-  return [first, second].some((one) =>
-    [0, 1].some((k) => {
-      const axis = [one[k][0] - one[k + 1][0], one[k][1] - one[k + 1][1]];
-      const length = Math.hypot(axis[0], axis[1]);
-      /** @param {number[][]} points */
-      const along = (points) => points.map(([x, z]) => (x * axis[0] + z * axis[1]) / length);
-      const [a, b] = [along(first), along(second)];
-      return Math.max(Math.min(...a) - Math.max(...b), Math.min(...b) - Math.max(...a)) >= -TOUCHING_M;
-    }),
-  );
 }

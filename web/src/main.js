@@ -9,6 +9,7 @@ import { Panel, part } from "./panel.js";
 import { Player, between } from "./recording.js";
 import { Rounds } from "./rounds.js";
 import { Table } from "./table.js";
+import { Touch } from "./touch.js";
 import { Views } from "./views.js";
 
 const given = new URLSearchParams(location.hash.slice(1));
@@ -16,6 +17,7 @@ const token = given.get("token") ?? "";
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
 /** Whether this page lies on a host without a server: then it plays by itself, without animals. */
 const alone = document.documentElement.dataset.alone !== undefined;
+const SETTLED_MS = 400;
 const query = token ? `?token=${encodeURIComponent(token)}` : "";
 
 /** @type {Place | null} */ let place = null;
@@ -27,14 +29,21 @@ const query = token ? `?token=${encodeURIComponent(token)}` : "";
 let came = 0;
 let truth = false;
 let live = true;
+let plays = true;
+let method = "";
+/** @type {number | undefined} */ let choosing;
+/** Whether the connection was lost since the last moment of the game. */ let lost = false;
+/** Whether where labels are is to be written anew. */ let looked = false;
+/** The last step of the game that was seen. */ let reached = 0;
 
 const panel = new Panel();
 const views = new Views(part("canvas"), part("above"), part("headset"));
 const player = new Player(answer);
+const touch = new Touch();
 /** @type {Connection | LocalGame | null} */
 let connection = alone
   ? null
-  : new Connection(given.get("game") ?? "new", token, startOf(given), hear, (there) => panel.connected(there));
+  : new Connection(given.get("game") ?? "new", token, startOf(given), hear, connected);
 const rounds = new Rounds((message) => connection?.tell(message), () => begin(1));
 const headset = new Headset(
   views.renderer,
@@ -52,21 +61,39 @@ function hear(message) {
   else if (message.kind === "round") play(message);
   else if (message.kind === "snapshot") answer(message);
   else if (message.kind === "truth") learn(message);
-  else {
-    before = state;
-    state = message;
-    came = performance.now();
-    panel.show(state, true);
-  }
+  else pass(message);
+}
+
+/** A moment of the game has come. @param {State} now */
+function pass(now) {
+  before = state;
+  state = now;
+  came = performance.now();
+  panel.show(now, true);
+  if (lost) panel.say(`The connection is back${now.step < reached ? "; the server began the game anew, from the same start" : ", and the game goes on"}. ${rounds.said}`);
+  if (looked || lost || !before) rounds.describe(now);
+  lost = looked = false;
+  reached = now.step;
+  const said = place && touch.say(now, place);
+  if (said && controls.keyed) part("touched").textContent = said;
+}
+
+/** @param {boolean} there */
+function connected(there) {
+  lost ||= !there && reached > 0;
+  panel.connected(there);
 }
 
 /** @param {Hello} hello */
 function greet(hello) {
   panel.meet(hello);
   meet(hello, true);
-  const { seed, reid, gaze, round, beside } = hello;
+  const { scene, seed, reid, gaze, round, beside } = hello;
+  plays = hello.role === "player";
+  /** @type {HTMLSelectElement} */ (part("watch")).value = "";
+  method = reid;
   const mode = !round || round.mode === "show" ? "free" : round.mode;
-  const start = new URLSearchParams({ seed: String(seed), reid, gaze, mode, ...(beside && { beside }) });
+  const start = new URLSearchParams({ scene, seed: String(seed), reid, gaze, mode, ...(beside && { beside }) });
   if (connection) connection.begin = new URLSearchParams(start);
   const link = new URLSearchParams({ ...(hello.game && { game: hello.game }), ...(token && { token }) });
   history.replaceState(null, "", `#${link}&${start}`);
@@ -80,7 +107,7 @@ function greet(hello) {
 
 /** How a new game begins, of what a link says. @param {URLSearchParams} link */
 function startOf(link) {
-  const kept = ["seed", "reid", "gaze", "mode", "beside"].filter((name) => link.has(name));
+  const kept = ["scene", "seed", "reid", "gaze", "mode", "beside"].filter((name) => link.has(name));
   const start = new URLSearchParams(kept.map((name) => [name, String(link.get(name))]));
   const first = !link.has("game") && !link.has("mode") && !localStorage.getItem("shown");
   if (first && !calm.matches) start.set("mode", "show");
@@ -97,6 +124,7 @@ function play(round) {
     snapshot = known = null;
     part("answers").replaceChildren();
   }
+  if (round.mode === "free") showRecord();
   if (round.stage === "fooled") localStorage.setItem("shown", "yes");
   if (said) panel.say(said);
 }
@@ -111,6 +139,7 @@ function meet(other, played) {
   views.meet(other);
   headset.place = other;
   part("answers").replaceChildren();
+  part("stands").replaceChildren();
   part("player").hidden = played;
   document.body.classList.toggle("replay", !played);
 }
@@ -118,6 +147,7 @@ function meet(other, played) {
 /** @param {Snapshot} given */
 function answer(given) {
   snapshot = given;
+  looked = true;
   showAnswer(true);
   if (truth && live) askTruth();
 }
@@ -126,10 +156,11 @@ function answer(given) {
 function learn(given) {
   known = given;
   const fooled = showAnswer(rounds.round.mode === "free");
-  const record = Number(localStorage.getItem("record") ?? Infinity);
+  if (rounds.round.mode !== "free") return;
   const price = snapshot?.visit_cm;
-  if (rounds.round.mode === "free" && fooled && price && price < record) localStorage.setItem("record", String(price));
-  if (rounds.round.mode === "free") showRecord();
+  const counts = plays && given.fresh && fooled && price;
+  if (counts && price < Number(localStorage.getItem(recordOf()) ?? Infinity)) localStorage.setItem(recordOf(), String(price));
+  showRecord();
 }
 
 /** Show the last snapshot's answers. @param {boolean} spoken whether it is said how it came out */
@@ -139,7 +170,7 @@ function showAnswer(spoken) {
   const told = known?.number === snapshot.number ? known.labels : null;
   const is = live ? told : snapshot.detections.map((one) => objects[one.object]?.label ?? null);
   const fooled = panel.answer(place, snapshot, truth ? is : null, live ? rounds.guess : undefined);
-  if (spoken && !(live && truth && !told)) panel.judge(place, snapshot, fooled);
+  if (spoken && !(live && truth && !told)) panel.judge(place, snapshot, fooled, known?.fresh ?? true);
   return fooled;
 }
 
@@ -147,9 +178,14 @@ function askTruth() {
   connection?.tell({ do: "truth" });
 }
 
+/** The name under which the least is kept: methods differ in how much they take. */
+function recordOf() {
+  return `record-free-${method}`;
+}
+
 function showRecord() {
-  const record = localStorage.getItem("record");
-  part("record").textContent = record ? `Your least: fooled for ${Number(record).toFixed(1)} cm.` : "";
+  const record = localStorage.getItem(recordOf());
+  part("record").textContent = record ? `Your least: ${method} fooled for ${Number(record).toFixed(1)} cm.` : "";
 }
 
 /** What is shown now. @returns {State | null} */
@@ -167,6 +203,7 @@ function moment() {
 function frame(_time, room) {
   const now = moment();
   if (table && now) {
+    part("starting").hidden = true;
     const { numbered, round } = rounds;
     const wrong = truth ? [...now.wrong, ...((live && known?.wrong) || [])] : [];
     table.show(now, { wrong, numbered: live ? numbered : null, home: live ? (round.home ?? null) : null });
@@ -192,10 +229,16 @@ function begin(further = 0) {
   connection?.tell({ do: "new", seed, mode: value("mode"), reid: value("method"), gaze: value("gaze"), beside: value("beside") });
 }
 
+/** Do something once a choice has not changed for a while: keys go through all that lie between. @param {() => void} act */
+function settled(act) {
+  clearTimeout(choosing);
+  choosing = setTimeout(act, SETTLED_MS);
+}
+
 /** Play a recording, or with none of that name go back to the game. @param {string} name */
 async function watch(name) {
   if (!name) {
-    connection?.socket?.close();
+    connection?.tell({ do: "hello" });
     return;
   }
   const own = name === "this game";
@@ -216,7 +259,10 @@ async function watch(name) {
 
 async function offerRecordings() {
   const reply = await fetch(`recordings.json${query}`);
-  if (!reply.ok) return;
+  if (!reply.ok) {
+    panel.say(await reply.text());
+    return;
+  }
   const { recordings, gallery } = await reply.json();
   const chooser = /** @type {HTMLSelectElement} */ (part("watch"));
   for (const [name, title] of Object.entries(recordings)) chooser.add(new Option(String(title), name));
@@ -239,17 +285,16 @@ part("ar").addEventListener("click", () => headset.begin().catch((problem) => pa
 part("truth").addEventListener("click", toggleTruth);
 part("look").addEventListener("click", () => controls.leave());
 part("begin").addEventListener("click", () => begin());
-for (const id of ["mode", "method", "gaze", "beside"]) part(id).addEventListener("change", () => begin());
+for (const id of ["mode", "method", "gaze", "beside"]) part(id).addEventListener("change", () => settled(begin));
 part("above").addEventListener("click", (event) => state && rounds.pick(views.pointAt(event.clientX, event.clientY), state));
 part("start").addEventListener("click", () => setTimeout(() => location.reload()));
-part("watch").addEventListener("change", (event) => {
-  watch(/** @type {HTMLSelectElement} */ (event.target).value).catch((problem) => panel.say(String(problem)));
-});
+part("watch").addEventListener("change", () => settled(() => {
+  watch(/** @type {HTMLSelectElement} */ (part("watch")).value).catch((problem) => panel.say(String(problem)));
+}));
 document.addEventListener("keydown", (event) => {
   const typing = event.target instanceof HTMLInputElement || event.target instanceof HTMLSelectElement;
   if (!typing && event.key.toLowerCase() === "t") toggleTruth();
 });
-showRecord();
 offerRecordings().catch((problem) => panel.say(String(problem)));
 if (alone) playAlone().catch((problem) => panel.say(String(problem)));
 views.renderer.setAnimationLoop(frame);

@@ -5,7 +5,7 @@
  * `wrong` the labels; a number's category and size are the same in both.
  *
  * @typedef {{label: string, category: string, size: [number, number, number], fixed: boolean}} Thing
- * @typedef {{kind: "hello", seed: number, reid: string, jitter: string, beside: string | null, gaze: string,
+ * @typedef {{kind: "hello", scene: string, seed: number, reid: string, jitter: string, beside: string | null, gaze: string,
  *   gazes: string[], methods: string[], round: Round, width: number,
  *   depth: number, objects: Thing[], game: string, role: "player" | "viewer" | "watcher"}} Hello
  * @typedef {{x: number, z: number, height: number, yaw: number, pitch: number, left: number, right: number,
@@ -18,7 +18,8 @@
  * @typedef {{object: number, label: string | null, confidence: number | null}} Detection
  * @typedef {{kind: "snapshot", number: number, detections: Detection[], visit_cm?: number,
  *   beside?: {reid: string, detections: Detection[]}}} Snapshot
- * @typedef {{kind: "truth", number: number, labels: (string | null)[], wrong: number[]}} Truth
+ * @typedef {{kind: "truth", number: number, labels: (string | null)[], wrong: number[],
+ *   fresh: boolean}} Truth
  * @typedef {{kind: "round", mode: "free" | "show" | "guess" | "duel" | "tidy", stage: string,
  *   by?: "farm-slot" | "analytic", pair?: string[], cm?: number, in_view?: number[], guess?: Record<string, string>, yours?: number, its?: number, of?: number,
  *   adversary?: {wrong: number, cm: number}, player?: {wrong: number, cm: number},

@@ -53,6 +53,8 @@ export class Panel {
   meet(hello) {
     choose("method", hello.methods, hello.reid);
     choose("gaze", hello.gazes, hello.gaze);
+    const turn = Math.round(100 * Math.hypot(hello.width, hello.depth));
+    part("price").textContent = `A turn by angle a counts as ${turn} cm × sin(a/2).`;
     part("mode").replaceChildren(...Object.entries(MODES).map(([mode, name]) => new Option(name, mode)));
     /** @type {HTMLSelectElement} */ (part("mode")).value = hello.round?.mode ?? "free";
     choose("beside", ["", ...hello.methods], hello.beside ?? "");
@@ -87,7 +89,7 @@ export class Panel {
    * @param {Snapshot} snapshot
    * @param {(string | null)[] | null} truth what the detections really are, where wrong answers are marked
    * @param {Record<string, string>} [guess] labels that the player gave
-   * @returns how many answers are wrong, null where that is not known
+   * @returns {number | null} how many answers are wrong, null where that is not known
    */
   answer(place, snapshot, truth, guess) {
     const known = snapshot.detections.map((one, k) => ({ one, is: truth ? truth[k] : undefined }));
@@ -109,11 +111,17 @@ export class Panel {
     return truth ? movable.filter(({ one, is }) => one.label !== is).length : null;
   }
 
-  /** Say how a snapshot came out. @param {Place} place @param {Snapshot} snapshot @param {number | null} fooled */
-  judge(place, snapshot, fooled) {
+  /**
+   * Say how a snapshot came out.
+   *
+   * @param {Place} place @param {Snapshot} snapshot @param {number | null} fooled how many answers are wrong
+   * @param {boolean} fresh whether the headset knew where everything was before the visit
+   */
+  judge(place, snapshot, fooled, fresh) {
     const seen = snapshot.detections.filter((one) => !place.objects[one.object]?.fixed).length;
     const price = snapshot.visit_cm === undefined ? "" : ` for ${snapshot.visit_cm.toFixed(1)} cm`;
     if (fooled === null) this.say(`Snapshot ${snapshot.number}: ${seen} buildings named. Do you believe it? Press T to see.`);
+    else if (fooled && !fresh) this.say(`Snapshot ${snapshot.number}. ${fooled} of ${seen} wrong, after earlier visits: no record.`);
     else if (fooled) this.say(`Snapshot ${snapshot.number}. It was fooled${price}: ${fooled} of ${seen} wrong.`);
     else this.say(`Snapshot ${snapshot.number}. All ${seen} right.`);
   }

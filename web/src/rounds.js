@@ -1,6 +1,7 @@
 // @ts-check
 /** @import {Place, Round, Snapshot, State} from "./messages.js" */
 import { part } from "./panel.js";
+import { where } from "./touch.js";
 
 /** What can be played, and what it is called. */
 export const MODES = { free: "freely", show: "show me how", guess: "guess first", duel: "against the adversary", tidy: "tidy up" };
@@ -87,6 +88,7 @@ export class Rounds {
   constructor(tell, another) {
     /** @type {Round} */ this.round = { kind: "round", mode: "free", stage: "free" };
     /** @type {Place | null} */ this.place = null;
+    /** What is asked of the player now. */ this.said = "";
     this.tell = tell;
     this.another = another;
     part("onward").addEventListener("click", () => this.onward());
@@ -110,7 +112,7 @@ export class Rounds {
     this.count();
     this.describe(state);
     this.keep();
-    return saidOf(round);
+    return (this.said = saidOf(round));
   }
 
   /** Whether nothing is to be seen now. */
@@ -180,9 +182,9 @@ export class Rounds {
   /** Say to screen readers what stands where, as far as the player is to know. @param {State | null} state */
   describe(state) {
     const { mode, stage, home } = this.round;
-    const poses = mode === "tidy" ? home : state?.believed;
+    const poses = mode === "tidy" ? home : state?.believed; // where labels are, not what bears them
     const { objects } = /** @type {Place} */ (this.place);
-    const known = stage === "study" || stage === "turn" || mode === "tidy";
+    const known = ["free", "study", "turn"].includes(stage) || mode === "tidy";
     const rows = (known && poses ? objects : []).map((one, i) => {
       const row = document.createElement("li");
       row.textContent = `${one.label}: ${where(/** @type {[number, number, number][]} */ (poses)[i])}`;
@@ -201,9 +203,4 @@ export class Rounds {
     if (best !== null) localStorage.setItem(`record-${mode}`, best);
     part("record").textContent = best === null ? "" : RECORD_SAID[mode](Number(best));
   }
-}
-
-/** @param {[number, number, number]} pose */
-function where([x, z]) {
-  return `${Math.round(100 * x)} cm from the left, ${Math.round(100 * z)} cm from you`;
 }

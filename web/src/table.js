@@ -13,6 +13,10 @@ const turned = (yaw) => Math.PI - yaw;
 const LIFTED_M = 0.05;
 /** The diagonal of the farm's table, for which signs and lights are made. */
 const FARM_M = Math.hypot(1.2, 0.8);
+
+/** How large a room is beside the farm. @param {Place} place */
+export const scaleOf = ({ width, depth }) => Math.hypot(width, depth) / FARM_M;
+
 const loader = new GLTFLoader();
 
 /** @param {string} name @returns {Promise<THREE.Group>} */
@@ -98,7 +102,7 @@ export class Table {
     this.hello = hello;
     this.scene = new THREE.Scene();
     this.scene.background = new THREE.Color("#dfe6e4");
-    this.scale = Math.hypot(hello.width, hello.depth) / FARM_M;
+    this.scale = scaleOf(hello);
     /** @type {THREE.Object3D[]} */ this.things = [];
     /** @type {ReturnType<typeof plate>[]} */ this.plates = [];
     /** @type {THREE.Object3D[]} */ this.animals = [];
@@ -177,6 +181,7 @@ export class Table {
     );
     this.models = { chicken, bunny, open, closed };
     this.hands = new THREE.Group().add(open, closed);
+    this.hands.scale.setScalar(this.scale);
     this.scene.add(this.hands);
   }
 
@@ -194,7 +199,7 @@ export class Table {
     const wrong = new Set(shown.wrong);
     objects.forEach((thing, i) => {
       const [x, z, yaw] = state.objects[i];
-      this.things[i].position.copy(at(x, i === held ? LIFTED_M : 0, z));
+      this.things[i].position.copy(at(x, i === held ? LIFTED_M * this.scale : 0, z));
       this.things[i].rotation.y = turned(yaw);
       const [bx, bz] = state.believed[i];
       this.plates[i].sprite.position.copy(at(bx, thing.size[1] + 0.02, bz));
@@ -243,6 +248,7 @@ export class Table {
   showAnimals(animals) {
     while (this.animals.length < animals.length) {
       const animal = new THREE.Group();
+      animal.scale.setScalar(this.scale);
       this.animals.push(animal);
       this.scene.add(animal);
     }
@@ -285,7 +291,7 @@ export class Table {
     hands.visible = hand !== null && hand[1] > -0.45;
     if (!hand) return;
     const [x, z, yaw, held] = hand;
-    hands.position.copy(at(x, held === null ? 0.1 : 0.09 + LIFTED_M, z));
+    hands.position.copy(at(x, (held === null ? 0.1 : 0.09 + LIFTED_M) * this.scale, z));
     hands.rotation.y = turned(yaw);
     hands.children[0].visible = held === null;
     hands.children[1].visible = held !== null;

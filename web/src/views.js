@@ -2,7 +2,7 @@
 /** @import {Place, State} from "./messages.js" */
 /** @import {Table} from "./table.js" */
 import * as THREE from "three";
-import { at } from "./table.js";
+import { at, scaleOf } from "./table.js";
 
 const MARGIN_M = 0.09;
 
@@ -72,9 +72,10 @@ export class Views {
 
   /** Half of what the view from above shows, metres. @param {DOMRect} pane @returns {[number, number]} */
   reach(pane) {
-    const { width, depth } = /** @type {Place} */ (this.hello);
-    const wide = width / 2 + MARGIN_M;
-    const deep = depth / 2 + MARGIN_M;
+    const place = /** @type {Place} */ (this.hello);
+    const margin = MARGIN_M * scaleOf(place);
+    const wide = place.width / 2 + margin;
+    const deep = place.depth / 2 + margin;
     const shape = pane.width / pane.height;
     return wide / deep > shape ? [wide, wide / shape] : [deep * shape, deep];
   }

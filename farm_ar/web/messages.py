@@ -1,4 +1,4 @@
-"""What pages receive of the game, as JSON values: metres and radians, rounded to what can be seen."""
+"""Messages to pages about the game, as JSON values: metres and radians, rounded to what can be seen."""
 
 from __future__ import annotations
 
