@@ -315,9 +315,9 @@ def _new_game(message: Mapping[str, Any], scene: str) -> Game:
     if not isinstance(seed, int) or isinstance(seed, bool) or not 0 <= seed < 2**31:
         raise OptionError("seed", f"must be a whole number from 0 to {2**31 - 1}", seed)
     defaults = {"reid": "spatial", "jitter": "easy", "gaze": "all", "beside": "", "mode": FREE}
-    names = {name: str(message.get(name) or default) for name, default in defaults.items()}
-    known_name("jitter", names["jitter"], JITTERS)
-    return Game(seed, *names.values(), scene=scene)
+    names = (str(message.get(name) or default) for name, default in defaults.items())
+    reid, jitter, gaze, beside, mode = names
+    return Game(seed, reid, known_name("jitter", jitter, JITTERS), gaze, beside, mode, scene)
 
 
 def _put(queue: asyncio.Queue[str], message: str, most: int = MOST_WAITING) -> None:
