@@ -100,3 +100,33 @@ def test_the_pages_of_the_example_and_of_the_service_are_javascript(node: Node, 
             script = tmp_path / f"{page.stem}{number}.mjs"
             script.write_text(text)
             assert node(check, script) == "right\n"
+
+
+LISTENING = """
+import { pathToFileURL } from "node:url";
+const { FarmAr } = await import(pathToFileURL(process.argv[2]));
+delete globalThis.WebSocket;
+let said = "";
+const without = new FarmAr("http://a", { session: "room" });
+try { without.listen(() => {}); } catch (problem) { said = problem.message; }
+const waits = [], lines = [];
+let again = null;
+globalThis.setTimeout = (begin, wait) => { waits.push(wait); again = begin; };
+class WebSocket { constructor() { lines.push(this); } close() {} }
+const stop = new FarmAr("http://a", { session: "room", WebSocket }).listen(() => {});
+for (let k = 0; k < 7; k++) { lines.at(-1).onclose(); again(); }
+lines.at(-1).onopen();
+lines.at(-1).onclose();
+stop();
+again();
+console.log(JSON.stringify({ said, waits, lines: lines.length }));
+"""
+
+
+def test_who_is_not_let_in_asks_more_and_more_seldom(node: Node, tmp_path: Path) -> None:
+    script = tmp_path / "listening.mjs"
+    script.write_text(LISTENING)
+    found = json.loads(node(script, CLIENT))
+    assert found["said"].startswith("WebSocket: must be given")
+    assert found["waits"] == [1000, 2000, 4000, 8000, 16000, 30000, 30000, 1000]
+    assert found["lines"] == 8
