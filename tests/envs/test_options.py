@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 from farm_ar.envs import FarmToTableEnv
+from farm_ar.envs.actions import MOVE_ACTIONS
+from farm_ar.envs.rewards import REWARDS
 from farm_ar.errors import OptionError, SceneError
 from farm_ar.game_logic.perception import OraclePerception
 from farm_ar.scenes import Bounds, Layout, Scene, builtin_scene
@@ -19,11 +21,11 @@ ARGUMENTS = [
     ("scene", 3, "a Scene, the name of a built-in one, or a .json file"),
     ("scene", builtin_scene("L1"), "a fixed object, the shed"),
     ("control", "feet", "hand, layout, move"),
-    ("action", "offsets", "continuous, discrete, displacement, slot"),
-    ("action", "", "continuous, discrete, displacement, slot"),
+    ("action", "offsets", ", ".join(sorted(MOVE_ACTIONS))),
+    ("action", "", ", ".join(sorted(MOVE_ACTIONS))),
     ("observation", "sound", "flat, headset, pixels, state"),
     ("knowledge", "grey-box", "black-box, white-box"),
-    ("reward", "fame", "endpoint, identity, margin, miscount"),
+    ("reward", "fame", ", ".join(sorted(REWARDS))),
     ("reid", "magic", "distance, last-known, likelihood, nearest"),
     ("reid", 7, "a function from a Scene to a Reidentifier"),
     ("perception", "nose", "oracle"),
@@ -54,7 +56,7 @@ ARGUMENTS = [
     ("moves", 10**9, "at most 1e+06"),
     ("play_seconds", 1j, "a number not below 0"),
     ("jitter", ["easy"], "default, easy, hard, none"),
-    ("action", np.array(["slot"]), "continuous, discrete, displacement, slot"),
+    ("action", np.array(["slot"]), ", ".join(sorted(MOVE_ACTIONS))),
     ("control", None, "hand, layout, move"),
     ("effort_weight", -1, "a number not below 0"),
     ("play_seconds", None, "a number not below 0"),

@@ -17,7 +17,7 @@ from torch.optim import Adam, Muon, Optimizer
 
 from farm_ar.agents.training.object_network import NOWHERE, ObjectNetwork, Scores, ranks, sizes
 from farm_ar.envs.actions import DisplacementAction, MoveAction, SlotAction
-from farm_ar.errors import known_name
+from farm_ar.errors import OptionError, known_name
 
 LEAST_SIDE = 12
 """Matrices with fewer rows or columns, which have few directions, are left to Adam. (3 did no worse.)"""
@@ -185,8 +185,19 @@ def _entropy(log_probability: Tensor) -> Tensor:
 
 OPTIMIZERS: dict[str, type[Optimizer]] = {"muon": MuonAdam, "adam": Adam}
 
-SLOT_CHOICES = 3
-"""How many choices the action `slot` has; `displacement` has one more."""
+
+def encoding_of(space: spaces.MultiDiscrete) -> tuple[type[MoveAction], int]:
+    """Which of the actions `slot` and `displacement` a space is of, and how many slots it has.
+
+    Raises:
+        OptionError: it is of neither.
+    """
+    objects, *others = (int(n) for n in space.nvec)
+    if others == [len(DisplacementAction.LEVELS)] * 3:
+        return DisplacementAction, 0
+    if len(others) == 2 and others[1] == len(SlotAction.SHARES) and others[0] < objects:
+        return SlotAction, others[0]
+    raise OptionError("policy", "must be another one: ObjectPolicy plays slot and displacement", space)
 
 
 class ObjectPolicy(MaskableActorCriticPolicy):
@@ -203,7 +214,7 @@ class ObjectPolicy(MaskableActorCriticPolicy):
         kwargs: those of Stable-Baselines3's policies.
 
     Raises:
-        OptionError: the optimizer is another.
+        OptionError: the optimizer is another, or the space is of another action.
     """
 
     def __init__(
@@ -228,8 +239,8 @@ class ObjectPolicy(MaskableActorCriticPolicy):
         lengths = {name: space.shape[0] for name, space in observations.spaces.items()}
         first, *others = (int(n) for n in actions.nvec)
         self._movable = first - 1
-        self._slots = others.pop(0) if len(actions.nvec) == SLOT_CHOICES else 0
-        encoding = SlotAction if self._slots else DisplacementAction
+        encoding, self._slots = encoding_of(actions)
+        others = others[1:] if self._slots else others
         self.encoding: MoveAction = encoding(self._movable, self._slots, 1.0)
         self.network = ObjectNetwork(sizes(lengths, lengths["in_view"]), others, **self._shape)
         self.renew_optimizer(lr_schedule(1))

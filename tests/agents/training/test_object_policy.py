@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 import pytest
 import torch
+from gymnasium.spaces import MultiDiscrete
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from sb3_contrib import MaskablePPO
@@ -24,6 +25,13 @@ def policy_for(env, seed=0, **size):
         for weights in policy.parameters():
             weights.normal_(0, 0.3)
     return policy
+
+
+@pytest.mark.parametrize("choices", [[11, 5, 5], [11, 25], [11, 7, 7], [3, 5, 3], [11, 7, 7, 7, 7]])
+def test_a_space_of_another_action_is_refused(choices):
+    env = FarmToTableEnv(**QUICK)
+    with pytest.raises(OptionError, match="plays slot and displacement"):
+        ObjectPolicy(env.observation_space, MultiDiscrete(choices), lambda _: 1e-3)
 
 
 def batch(*observations):
