@@ -1,5 +1,7 @@
 """`farm-ar demo`: films from scripts."""
 
+import re
+
 import pytest
 from typer.testing import CliRunner
 
@@ -57,7 +59,9 @@ def test_while_it_films_it_says_so_on_the_error_output_only(tmp_path):
     result = CliRunner().invoke(
         app, ["demo", str(tmp_path / "push.toml"), "--out", str(tmp_path), "--no-gif"]
     )
-    assert result.stderr == "Filming push ...\n"
+    first, *later = result.stderr.splitlines()  # a busy machine has the time for more
+    assert first == "Filming push ..."
+    assert all(re.fullmatch(r"Filming push \(\d+%\)", line) for line in later)
     assert "Filming" not in result.stdout
 
 
