@@ -110,7 +110,7 @@ def recorded_failure(failure: Mapping[str, Any]) -> Json:
     believed, wrong = _believed(again, before, after)
     answers = _answers(again)
     count = sum(not one["right"] for one in answers["detections"])  # again.wrong is -1 where poses overlap
-    verdict = f"{failure['reid']} gives {count} wrong labels"
+    verdict = f"{failure['reid']} gives {count} wrong label{'s' * (count != 1)}"
     last = frames(after, believed, wrong, "play", verdict)
     shown += [{**last, "snapshot": answers}, *[last] * _count(AFTER_S)]
     title = f"{verdict} after {100 * again.distance * scene.diagonal:.1f} cm"

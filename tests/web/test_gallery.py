@@ -113,7 +113,7 @@ def test_poses_without_anything_in_view_are_no_recording_and_overlapping_ones_ar
     recording = recorded_failure(failure)
     (said,) = [one["snapshot"] for one in recording["frames"] if "snapshot" in one]
     count = sum(not one["right"] for one in said["detections"])
-    assert recording["title"].startswith(f"{failure['reid']} gives {count} wrong labels")
+    assert recording["title"].startswith(f"{failure['reid']} gives {count} wrong label{'s' * (count != 1)} ")
 
 
 def test_an_episode_takes_no_other_recordings_name(tmp_path) -> None:
