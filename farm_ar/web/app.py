@@ -27,6 +27,7 @@ from farm_ar.web.rounds import FREE
 
 try:
     from fastapi import FastAPI, Request, Response, WebSocket, WebSocketDisconnect
+    from fastapi.requests import HTTPConnection
 except ImportError:
     raise missing_package("fastapi") from None
 
@@ -150,10 +151,15 @@ def make_web_app(
     async def healthz() -> dict[str, str]:
         return {"status": "ok", "version": __version__}
 
+    def let_in(asked: HTTPConnection) -> None:
+        """See that who asks may; wrong tokens are counted by address."""
+        address = asked.client.host if asked.client is not None else None
+        allowed.check(asked.headers, asked.query_params, address)
+
     async def told(request: Request, begin: Callable[[], Callable[[], Json]], name: str = "") -> Response:
         """As JSON what a thread makes, of what is begun here, between two steps; with a name, as a file."""
         try:
-            allowed.check(request.headers, request.query_params)
+            let_in(request)
             make = begin()
             text = await asyncio.to_thread(lambda: _encoded(make()))
         except InputError as problem:
@@ -194,7 +200,7 @@ def make_web_app(
     @app.websocket("/games/{name}")
     async def play(socket: WebSocket, name: str) -> None:
         try:
-            allowed.check(socket.headers, socket.query_params)
+            let_in(socket)
         except InputError as problem:
             await socket.close(1008, str(problem)[:120])
             return

@@ -11,6 +11,7 @@ from fastapi import WebSocketDisconnect
 
 from farm_ar.envs import first_difference
 from farm_ar.errors import OptionError
+from farm_ar.service.access import MOST_GUESSES, Access
 from farm_ar.web import app as pages
 from farm_ar.web.app import MOST_GAMES, Table, make_web_app
 from farm_ar.web.game import Game
@@ -23,12 +24,16 @@ SCENES = {"farm": "farm"}
 LOOPBACK, SOCKETS = "http://127.0.0.1", "ws://127.0.0.1"
 
 
-@pytest.fixture
-def client():
+def served(**options):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # it would rather have a package that is not there
         from starlette.testclient import TestClient
-    with TestClient(make_web_app(), base_url=LOOPBACK) as one:
+    return TestClient(make_web_app(**options), base_url=LOOPBACK)
+
+
+@pytest.fixture
+def client():
+    with served() as one:
         yield one
 
 
@@ -131,10 +136,7 @@ def test_who_has_shown_something_else_gets_all_anew_and_stays_who_it_was(client)
 
 
 def test_a_link_names_the_farm_or_the_scene_that_is_served():
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        from starlette.testclient import TestClient
-    with TestClient(make_web_app(scene=OFFICE), base_url=LOOPBACK) as client:
+    with served(scene=OFFICE) as client:
         for query, width in (("", 5.0), ("?scene=before", 5.0), ("?scene=farm", 1.2)):
             with client.websocket_connect(f"{SOCKETS}/games/new{query}") as page:
                 assert hello(page)["width"] == width
@@ -201,3 +203,11 @@ def test_a_page_that_does_not_read_misses_moments_but_nothing_that_is_said_once(
         return waiting.qsize()
 
     assert asyncio.run(queue()) == pages.BEHIND
+
+
+def test_wrong_tokens_are_counted_by_address():
+    with served(access=Access("open-sesame-please")) as client:
+        wrong = [client.get("/recordings.json?token=another").status_code for _ in range(MOST_GUESSES + 1)]
+        right = client.get("/recordings.json?token=open-sesame-please").status_code
+    assert wrong == [401] * MOST_GUESSES + [429]
+    assert right == 429
