@@ -32,6 +32,7 @@ def test_keys_play_the_whole_game(open_page) -> None:
     page.until(lambda: touched.inner_text() == "You hold a coop.")
     for _ in range(3):
         pane.press("ArrowDown")
+    page.until(lambda: page.place("orange-coop")[1] < z - 0.05)  # what lets go sets down where the hand is
     pane.press(" ")
     page.until(lambda: touched.inner_text().startswith("Set down "))
     pane.press("Enter")

@@ -4,6 +4,7 @@ import asyncio
 import json
 import time
 import warnings
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -123,6 +124,22 @@ def test_who_watches_may_ask_what_is_true_but_not_play(client):
             other.send_text('{"do":"truth"}')
             assert said(other, "truth")["number"] == 0
         assert client.app.state.tables["mine"].game.pointer.away
+
+
+def test_who_plays_on_begins_without_the_hand_of_who_has_gone(client):
+    with ExitStack() as gone:
+        page = gone.enter_context(client.websocket_connect(f"{SOCKETS}/games/mine"))
+        hello(page)
+        with client.websocket_connect(f"{SOCKETS}/games/mine") as other:
+            hello(other)
+            page.send_text(json.dumps({"x": 0.6, "z": 0.3, "grip": True}))
+            page.send_text('{"do":"truth"}')
+            said(page, "truth")
+            game = client.app.state.tables["mine"].game
+            assert not game.pointer.away
+            gone.close()
+            assert hello(other)["role"] == "player"
+            assert game.pointer.away
 
 
 def test_who_has_shown_something_else_gets_all_anew_and_stays_who_it_was(client):

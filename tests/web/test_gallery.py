@@ -10,6 +10,7 @@ from farm_ar.agents.stress.study import known_case
 from farm_ar.cli.page import export as command
 from farm_ar.envs import save_trace
 from farm_ar.errors import OptionError
+from farm_ar.geometry import wrap
 from farm_ar.web.export import export
 from farm_ar.web.gallery import cards_of, read_gallery, recorded_failure, shipped_gallery
 from farm_ar.web.game import Game
@@ -44,6 +45,16 @@ def test_a_recording_carries_one_building_after_the_other_and_nothing_jumps() ->
     steps = np.linalg.norm(np.diff(poses[..., :2], axis=0), axis=-1)
     assert (steps > 1e-3).sum(axis=1).max() == 1
     assert steps.max() < 0.15
+
+
+def test_a_recording_turns_what_is_moved_the_short_way() -> None:
+    failure = dict(shipped_gallery()[0])
+    poses = [
+        np.array([one["objects"] for one in recorded_failure({**failure, "yaw": yaw})["frames"]])
+        for yaw in (failure["yaw"], [one + 2 * np.pi for one in failure["yaw"]])
+    ]
+    for one in poses:
+        assert np.abs(wrap(np.diff(one[..., 2], axis=0))).sum(axis=0).max() < np.pi + 1e-3
 
 
 def write(folder, **other):

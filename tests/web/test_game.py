@@ -157,6 +157,8 @@ def test_only_a_visit_before_which_it_knew_where_everything_was_counts_as_foolin
     game.pointer = Pointer()
     wait(game, 1.5)
     assert game.truth()["fresh"]
+    assert game.truth()["wrong"]
+    assert game.state()["wrong"] == []  # is told who asks
     carry(game, "blue-coop", 0.6, 0.15)  # the hutches' labels are still wrong, and it costs little
     game.pointer = Pointer()
     wait(game, 1.5)
@@ -226,6 +228,9 @@ def test_the_price_of_a_visit_is_the_ways_and_turns_of_what_it_moved() -> None:
     assert news is not None
     assert news["visit_cm"] == pytest.approx(100 * (way + turn * np.hypot(1.2, 0.8)), abs=0.01)
     assert news["visit_cm"] > 20
+    told = game.state()
+    assert told["visit_cm"] == 0
+    assert told["effort_cm"] == pytest.approx(news["visit_cm"], abs=0.01)
 
 
 def test_the_par_is_the_certified_bound_and_only_where_one_is_known() -> None:
@@ -366,6 +371,8 @@ def test_a_recording_of_a_game_goes_as_fast_as_the_game_did() -> None:
     held = [one["hand"][3] == k for one in frames]
     assert sum(held) / recording["rate"] == pytest.approx(1.6, abs=0.15)
     np.testing.assert_allclose(frames[-1]["objects"][k][:2], [0.6, 0.15], atol=2e-3)
+    assert [one["snapshot"]["number"] for one in frames if "snapshot" in one] == [1]
+    assert "snapshot" not in frames[-1]
 
 
 def test_a_demonstration_says_each_snapshot_once() -> None:

@@ -216,6 +216,8 @@ def test_tidying_up_says_what_is_left_and_keeps_the_best(open_page) -> None:
     page.until(tidied)
     page.until(lambda: page.page.locator("#record").inner_text() == "Your best: 0.0% tidied up.")
     assert "mode=tidy" in page.page.url
+    page.page.select_option("#mode", "free")
+    page.until(lambda: page.page.locator("#news").inner_text().startswith("Your turn: swap two"))
     assert not page.wrong
 
 

@@ -70,7 +70,10 @@ def test_the_adversary_does_what_it_has_planned_and_the_headset_waits_for_the_gu
     wait(rearranged, 3.0)
     assert rearranged.round.stage == "guess"
     assert rearranged.world.sightings == []
-    assert rearranged.round.told()["by"] == plan.by
+    told = rearranged.round.told()
+    assert told["by"] == plan.by
+    x, z = (truth.position[rearranged.handles.object_of[told["in_view"]]] - before.camera.position).T
+    assert (np.diff(x / z) > 0).all()  # from left to right
 
 
 @pytest.mark.parametrize(

@@ -117,8 +117,8 @@ function startOf(link) {
 /** A round has come to another stage. @param {Round} round */
 function play(round) {
   if (!place) return;
-  const shown = rounds.round.mode === "show" && round.mode === "free";
-  const said = rounds.show(round, place, state) || (shown ? "Your turn: swap two that look alike, then take your hand off the table." : "");
+  const back = rounds.round.mode !== "free" && round.mode === "free";
+  const said = rounds.show(round, place, state) || (back ? "Your turn: swap two that look alike, then take your hand off the table." : "");
   if (["answered", "scored", "fooled"].includes(round.stage) !== truth && round.mode !== "free") toggleTruth();
   if (["free", "turn"].includes(round.stage)) {
     snapshot = known = null;
