@@ -22,7 +22,7 @@ def can_show_page() -> bool:
         return False
     if not has_display():
         print_line(
-            "There is no display for the page, so type the moves; to serve it nevertheless: --port 8000"
+            "There is no display for the page, so type the moves; to serve it: farm-ar play --port 8000"
         )
         return False
     return True

@@ -130,7 +130,7 @@ class Page:
         self.until(lambda: len(self.game.world.sightings) > seen)
 
     def hand_at(self, x: float, z: float) -> None:
-        self.until(lambda: abs(self.game.world.tabletop.hand.position - [x, z]).max() < 5e-3)
+        self.until(lambda: abs(self.game.world.tabletop.hand.position - [x, z]).max() < 1e-3)
 
     def close(self) -> None:
         self.context.close()

@@ -40,6 +40,8 @@ def test_dragging_freezes_leaving_looks_and_labels_follow(open_page) -> None:
     page.page.keyboard.press("t")
     assert page.page.locator("#truth").get_attribute("aria-pressed") == "true"
     page.until(lambda: "Snapshot 1." in page.page.locator("#news").inner_text())
+    page.page.click("#begin")
+    page.until(lambda: "Snapshot" not in page.page.locator("#news").inner_text())
     assert not page.wrong
     assert all(url.startswith(("http://127.0.0.1:", "data:", "blob:")) for url in page.asked)
 
@@ -54,15 +56,16 @@ def test_what_fools_it_is_kept_as_the_least_but_not_what_an_earlier_visit_did(op
     page.leave()
     page.until(lambda: news.inner_text().startswith("Snapshot 1: "))
 
-    def marked_on_the_table(x: float, z: float) -> bool:  # the lower edge of a label's plate is red
+    def marked_on_the_table(label: str) -> bool:  # the lower edge of the plate that stands there is red
+        x, z = page.place(label)
         red, green, blue = page.colour_at(x + 0.03, z + 0.0044)
         return red > 120 and max(green, blue) < 90
 
-    assert not marked_on_the_table(*first)
+    assert not marked_on_the_table("purple-hutch")
     page.page.keyboard.press("t")
     page.until(lambda: news.inner_text().startswith("Snapshot 1. It was fooled for "))
-    page.until(lambda: marked_on_the_table(*first) and marked_on_the_table(*second))
-    assert not marked_on_the_table(*page.place("yellow-coop"))
+    page.until(lambda: marked_on_the_table("purple-hutch") and marked_on_the_table("magenta-hutch"))
+    assert not marked_on_the_table("yellow-coop")
     kept = record.inner_text()
     assert kept == f"Your least: spatial fooled for {page.game.effort_cm:.1f} cm."
     marked = page.page.locator("#answers li", has=page.page.locator("strong"))
@@ -190,6 +193,9 @@ def test_a_first_visit_is_shown_how_it_is_fooled_and_then_plays(open_page) -> No
     page.page.click("#onward")
     page.until(lambda: page.game.round.mode == "free")
     page.until(lambda: page.page.locator("#answers li").count() == 0)
+    assert (
+        page.page.locator("#truth").get_attribute("aria-pressed") == "false"
+    )  # the first visit is not judged unasked
     assert page.page.locator("#mode").input_value() == "free"
     page.page.reload()
     page.page.goto(page.page.url.split("#")[0])

@@ -9,7 +9,7 @@ import pytest
 
 from farm_ar.envs import FarmToTableEnv, first_difference
 from farm_ar.errors import OptionError
-from farm_ar.web import rounds
+from farm_ar.web import adversary, rounds
 from farm_ar.web.adversary import PLANNED, TRAINED, adversary_plan
 from farm_ar.web.game import Game
 from farm_ar.web.pointer import STEPS_PER_SECOND, Pointer
@@ -238,3 +238,20 @@ def test_in_another_scene_a_policy_that_plans_takes_the_trained_ones_place() -> 
 def test_a_mode_that_is_not_known_is_refused() -> None:
     with pytest.raises(OptionError, match="mode"):
         Game(mode="magic")
+
+
+@pytest.mark.parametrize("level", [0, 6])
+def test_what_an_adversary_turns_on_the_spot_is_turned_by_its_hand(monkeypatch, level) -> None:
+    class Turns:
+        def act(self, env):
+            return np.array([0, 3, 3, level])
+
+    def fake(scene, arguments, seed):
+        return "turns", Turns(), FarmToTableEnv(scene=scene, **arguments | {"moves": 1})
+
+    monkeypatch.setattr(adversary, "_adversary", fake)
+    before = Game(seed=3).world
+    plan = adversary_plan(before.truth, before.camera, "spatial", 3)
+    (carry,) = plan.carries
+    assert (carry.x, carry.z) == tuple(before.truth.position[carry.thing])
+    assert np.sign(carry.yaw - before.truth.yaw[carry.thing]) == (1 if level else -1)

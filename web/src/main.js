@@ -87,6 +87,7 @@ function connected(there) {
 /** @param {Hello} hello */
 function greet(hello) {
   panel.meet(hello);
+  if (place && !lost) panel.say(""); // it was about another game
   meet(hello, true);
   const { scene, seed, reid, gaze, round, beside } = hello;
   plays = hello.role === "player";
@@ -119,7 +120,9 @@ function play(round) {
   if (!place) return;
   const back = rounds.round.mode !== "free" && round.mode === "free";
   const said = rounds.show(round, place, state) || (back ? "Your turn: swap two that look alike, then take your hand off the table." : "");
-  if (["answered", "scored", "fooled"].includes(round.stage) !== truth && round.mode !== "free") toggleTruth();
+  // A mode shows by itself what is wrong; in free play it is asked for.
+  const wanted = round.mode === "free" ? truth && !back : ["answered", "scored", "fooled"].includes(round.stage);
+  if (wanted !== truth) toggleTruth();
   if (["free", "turn"].includes(round.stage)) {
     snapshot = known = null;
     part("answers").replaceChildren();

@@ -27,12 +27,12 @@ from farm_ar.reid.adaptive.records import (
 from farm_ar.reid.adaptive.screening import (
     FEW_ROUNDS,
     SCREENED,
-    bound_under,
     density_of,
+    evidence_bound,
     falling,
     freedom_of,
     screen,
-    weigh_under,
+    weigh,
 )
 from farm_ar.reid.adaptive.sparse import add_marginals, exact_evidence, propagate
 
@@ -109,9 +109,9 @@ def refine(
                 weighed[p] = density[p] * pairs.size[w, p]
             for q in range(rates):
                 prior = log_prior_of(h, w, q, motions, detecting, table)
-                if bound_under(h, q, pairs, detecting, motions, weighed, factor) + prior < best - 7.0:
+                if evidence_bound(h, q, pairs, detecting, motions, weighed, factor) + prior < best - 7.0:
                     continue
-                total = weigh_under(h, q, pairs, detecting, motions, weighed, some, factor)
+                total = weigh(h, q, pairs, detecting, motions, weighed, some, factor)
                 to_row[:] = free_share(len(detecting.none), labels)
                 found = prior + total + propagate(some, labels, to_row, FEW_ROUNDS + 2, 1e-3)
                 if motions.beyond[h] < 0:
@@ -138,7 +138,7 @@ def posterior(
     for k in range(len(chosen)):
         h, w, q = chosen[k]
         density_of(h, pairs, motions, table, pairs.size[w] * pairs.like, density)
-        total = weigh_under(h, q, pairs, detecting, motions, density, some, factor)
+        total = weigh(h, q, pairs, detecting, motions, density, some, factor)
         evidence[k] = log_prior_of(h, w, q, motions, detecting, table) + total
         bethe = propagate(some, labels, messages[k], MOST_ROUNDS, 1e-5)
         evidence[k] += exact_evidence(some, labels) if n <= CHEAP else bethe
@@ -202,7 +202,7 @@ def infer(
     for k in range(len(chosen)):
         h, w, q = chosen[k]
         density_of(h, pairs, motions, table, pairs.size[w] * pairs.like, density)
-        weigh_under(h, q, pairs, detecting, motions, density, some, factor)
+        weigh(h, q, pairs, detecting, motions, density, some, factor)
         whole = add_marginals(some, messages[k], share[k], most_exact, WORK * share[k], probability)
         if share[k] == share.max():
             exact = whole

@@ -36,31 +36,50 @@ _inlined = compiled(error_model="numpy", inline="always")
 
 
 @_inlined
+def missed_by(h: int, q: int, detecting: DetectionModel, motions: Motions, factor: FloatArray) -> float:
+    """The log of no label being given under motion h and rates q; fills (M,) factors of those given."""
+    scale, far, unseen_rate = motions.scale[h], motions.far[h], detecting.unseen[q]
+    total, product = 0.0, 1.0
+    for j in range(len(factor)):
+        view = (1.0 - far) * detecting.in_view[scale, j] + far * detecting.anywhere[j]
+        unseen = max(1.0 - (1.0 - unseen_rate) * view, 1e-9)
+        product *= unseen
+        if product < 1e-200:
+            total += math.log(product)
+            product = 1.0
+        factor[j] = (1.0 - unseen_rate) / unseen
+    return total + math.log(product)
+
+
+@_inlined
 def weigh(
+    h: int,
+    q: int,
     pairs: Pairs,
     detecting: DetectionModel,
+    motions: Motions,
     density: FloatArray,
-    missed: float,
-    new: float,
     some: Sparse,
     factor: FloatArray,
 ) -> float:
     """Fill in the weights that are not negligible, each detection's relative to its largest.
 
     Args:
+        h: index of the motion.
+        q: index of the rates.
         pairs: the pairs.
         detecting: what is known of detecting.
+        motions: of which h is one.
         density: (P,) of the pairs.
-        missed: log of no label being given.
-        new: expected detections without a label.
         some: filled.
-        factor: (M,) of the labels.
+        factor: (M,) filled, of the labels.
 
     Returns:
         The log of what the weights are relative to.
     """
     n = len(detecting.none)
-    total = missed - new
+    new = detecting.new[q]
+    total = missed_by(h, q, detecting, motions, factor) - new
     count = 0
     for i in range(n):
         none = new * detecting.none[i]
@@ -87,50 +106,28 @@ def weigh(
 
 
 @_inlined
-def label_factors(
-    detecting: DetectionModel, scale: int, far: float, unseen_rate: float, factor: FloatArray
-) -> float:
-    """Fill (M,) the factors of labels that are given; returns the log of none being given.
-
-    Args:
-        detecting: what is known of detecting.
-        scale: index of the scale of motion.
-        far: share that goes anywhere.
-        unseen_rate: at which what is in view is missed or gone.
-        factor: filled.
-    """
-    total, product = 0.0, 1.0
-    for j in range(len(factor)):
-        view = (1.0 - far) * detecting.in_view[scale, j] + far * detecting.anywhere[j]
-        unseen = max(1.0 - (1.0 - unseen_rate) * view, 1e-9)
-        product *= unseen
-        if product < 1e-200:
-            total += math.log(product)
-            product = 1.0
-        factor[j] = (1.0 - unseen_rate) / unseen
-    return total + math.log(product)
-
-
-@_inlined
-def bound_of(
+def evidence_bound(
+    h: int,
+    q: int,
     pairs: Pairs,
     detecting: DetectionModel,
+    motions: Motions,
     density: FloatArray,
-    missed: float,
-    new: float,
     factor: FloatArray,
 ) -> float:
     """The log of an upper bound of the evidence: as if labels could be given twice.
 
     Args:
+        h: index of the motion.
+        q: index of the rates.
         pairs: the pairs.
         detecting: what is known of detecting.
+        motions: of which h is one.
         density: (P,) of the pairs.
-        missed: log of no label being given.
-        new: expected detections without a label.
-        factor: (M,) of the labels.
+        factor: (M,) filled, of the labels.
     """
-    total, product = missed - new, 1.0
+    new = detecting.new[q]
+    total, product = missed_by(h, q, detecting, motions, factor) - new, 1.0
     for i in range(len(detecting.none)):
         start, end = pairs.start[i], pairs.start[i + 1]
         first, second, third, fourth = new * detecting.none[i], 0.0, 0.0, 0.0
@@ -159,37 +156,6 @@ def bound_of(
 def falling(value: FloatArray) -> IntArray:
     """The order of the values from the greatest down; equal ones in the order in which they stand."""
     return np.argsort(-value, kind="mergesort")
-
-
-@_inlined
-def weigh_under(
-    h: int,
-    q: int,
-    pairs: Pairs,
-    detecting: DetectionModel,
-    motions: Motions,
-    density: FloatArray,
-    some: Sparse,
-    factor: FloatArray,
-) -> float:
-    """`weigh`, under motion h and rates q."""
-    missed = label_factors(detecting, motions.scale[h], motions.far[h], detecting.unseen[q], factor)
-    return weigh(pairs, detecting, density, missed, detecting.new[q], some, factor)
-
-
-@_inlined
-def bound_under(
-    h: int,
-    q: int,
-    pairs: Pairs,
-    detecting: DetectionModel,
-    motions: Motions,
-    density: FloatArray,
-    factor: FloatArray,
-) -> float:
-    """`bound_of` under motion h and rates q."""
-    missed = label_factors(detecting, motions.scale[h], motions.far[h], detecting.unseen[q], factor)
-    return bound_of(pairs, detecting, density, missed, detecting.new[q], factor)
 
 
 @_inlined
@@ -294,7 +260,7 @@ def screen(
                 best = np.maximum(best, turn)
         density_by(h, best, best_course, pairs, motions, table, like, density)
         for k in range(tried):
-            most = bound_under(h, rates[k], pairs, detecting, motions, density, factor)
+            most = evidence_bound(h, rates[k], pairs, detecting, motions, density, factor)
             bound[g] = max(bound[g], prior + chance[k] + most)
     top = -np.inf
     for g in falling(bound):
@@ -306,9 +272,9 @@ def screen(
                 continue
             density_of(h, pairs, motions, table, like, density)
             for k in range(tried):
-                most = bound_under(h, rates[k], pairs, detecting, motions, density, factor)
+                most = evidence_bound(h, rates[k], pairs, detecting, motions, density, factor)
                 if prior + chance[k] + most > top - SCREENED:
-                    total = weigh_under(h, rates[k], pairs, detecting, motions, density, some, factor)
+                    total = weigh(h, rates[k], pairs, detecting, motions, density, some, factor)
                     to_row[:] = free_share(len(detecting.none), labels)
                     found = total + propagate(some, labels, to_row, FEW_ROUNDS, 1e-3)
                     evidence[h] = max(evidence[h], prior + chance[k] + found)

@@ -1,6 +1,6 @@
 """Whether a snapshot fits the map in no other way much better than as given, compiled.
 
-Each way is bounded from above by what `patterns` computes of it, so that whatever is told is found.
+Each way is bounded from above by what `patterns` computes of it, so that whatever is reported is found.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _compile = compiled(error_model="numpy")
 
 _FACTORS: FloatArray = np.array([factor for metres in UNITS.values() for factor in (metres, 1 / metres)])
 _ENOUGH = TELLING - math.log(2) - 1e-6
-"""How much better than as given a snapshot may fit in any other way, at the least, before it is told."""
+"""How much better than as given a snapshot may fit in any other way, at the least, before it is reported."""
 
 _OTHERS = (
     *[(0, y) for y in (1, 2, 3)],

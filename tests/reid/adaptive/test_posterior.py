@@ -15,7 +15,7 @@ from farm_ar.reid.adaptive.records import (
     Profile,
     Sparse,
 )
-from farm_ar.reid.adaptive.screening import bound_under, weigh_under
+from farm_ar.reid.adaptive.screening import evidence_bound, weigh
 from farm_ar.scenes import Camera, Detections, FieldOfView, Layout, Scene, Snapshot
 
 FULL = FieldOfView(np.pi, np.pi, 50.0)
@@ -162,7 +162,7 @@ def test_the_bound_is_the_product_of_all_that_each_detection_may_be(seed, scale)
         np.empty(n),
     )
     for h, q in ((0, 0), (40, 3), (len(every.motions.far) - 1, 7)):
-        bound = bound_under(h, q, pairs, detecting, every.motions, density, factor)
+        bound = evidence_bound(h, q, pairs, detecting, every.motions, density, factor)
         far = every.motions.far[h]
         view = (1 - far) * detecting.in_view[every.motions.scale[h]] + far * detecting.anywhere
         unseen = np.maximum(1 - (1 - detecting.unseen[q]) * view, 1e-9)
@@ -170,5 +170,5 @@ def test_the_bound_is_the_product_of_all_that_each_detection_may_be(seed, scale)
         sums = np.add.reduceat(each, pairs.start[:-1]) + detecting.new[q] * detecting.none
         expected = np.log(unseen).sum() - detecting.new[q] + np.log(np.maximum(sums, 1e-300)).sum()
         assert bound == pytest.approx(expected, rel=1e-12)
-        total = weigh_under(h, q, pairs, detecting, every.motions, density, some, factor)
+        total = weigh(h, q, pairs, detecting, every.motions, density, some, factor)
         assert total + exact_evidence(some, m) <= bound + 1e-9
