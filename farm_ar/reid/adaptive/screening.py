@@ -78,7 +78,7 @@ def weigh(
         The log of what the weights are relative to.
     """
     n = len(detecting.none)
-    new = detecting.new[q]
+    new: float = detecting.new[q]
     total = missed_by(h, q, detecting, motions, factor) - new
     count = 0
     for i in range(n):
@@ -126,7 +126,7 @@ def evidence_bound(
         density: (P,) of the pairs.
         factor: (M,) filled, of the labels.
     """
-    new = detecting.new[q]
+    new: float = detecting.new[q]
     total, product = missed_by(h, q, detecting, motions, factor) - new, 1.0
     for i in range(len(detecting.none)):
         start, end = pairs.start[i], pairs.start[i + 1]
